@@ -1,0 +1,1 @@
+"""Pairs, takes, sessions, the recorder and the session store."""

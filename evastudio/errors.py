@@ -1,0 +1,35 @@
+"""The errors a user can meet: each says what was given, what was expected and what to do."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class StudioError(Exception):
+    """Base of every error that is meant to be read by a person."""
+
+
+class InvalidInputError(StudioError, ValueError):
+    """Something from outside (a file, a number, a request) is not what it must be."""
+
+
+class NotFoundError(StudioError, LookupError):
+    """A name or an identifier that nothing answers to."""
+
+
+class ConflictError(StudioError, ValueError):
+    """The request is well formed, but not possible in the present state."""
+
+
+class StorageError(StudioError, ValueError):
+    """A workspace, database or policy file that cannot be read or written."""
+
+
+def not_found(kind: str, name: object, known: Iterable[str]) -> NotFoundError:
+    """The error for an unknown name, with the closest known ones."""
+    names = sorted(known)
+    close = difflib.get_close_matches(str(name), names, n=1)
+    hint = f" Did you mean {close[0]!r}?" if close else ""
+    listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "") if names else "none"
+    return NotFoundError(f"There is no {kind} {str(name)!r}.{hint} Known: {listed}.")

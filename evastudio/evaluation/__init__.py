@@ -1,0 +1,1 @@
+"""The same seeded worlds for everyone, and what came of them."""

@@ -1,0 +1,1 @@
+"""From pairs to a policy: cleaning, learners, policy files."""

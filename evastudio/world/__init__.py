@@ -1,0 +1,1 @@
+"""The scene contract, batched worlds, scene loading and checking."""

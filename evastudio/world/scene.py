@@ -1,0 +1,212 @@
+"""The scene contract: a character, its world, what it perceives and what it can do."""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evastudio.errors import InvalidInputError, not_found
+from evastudio.world.bodies import Body, Camera, Look, Mesh
+from evastudio.world.snapshot import AnyArray, Snapshot, stack
+from evastudio.world.spaces import Array, Box
+
+RUNNING = "running"
+"""The first entry of every scene's `outcomes`."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """A number of a scene that its user chooses, such as how crowded it is."""
+
+    name: str
+    label: str
+    """What a person reads beside the slider."""
+    default: float
+    low: float
+    high: float
+    step: float
+    help: str
+
+
+@dataclass(frozen=True)
+class Control:
+    """Which keys move one component of the action."""
+
+    field: str
+    """Name of the action's field."""
+    label: str
+    """What a person reads: 'turn left and right'."""
+    negative: tuple[str, ...]
+    """Keyboard codes (KeyboardEvent.code) that push it down."""
+    positive: tuple[str, ...]
+    """Keyboard codes that push it up."""
+    ramp_s: float
+    """Seconds from rest to full deflection while a key is held, and back when released."""
+
+
+@dataclass(frozen=True)
+class Percept:
+    """What a batch of characters perceives."""
+
+    states: Array
+    """Shape (worlds, state size)."""
+    frame: AnyArray
+    """Shape (worlds, ...): what `to_own` and `to_world` need to turn actions, and nothing else."""
+
+
+class Perception(ABC):
+    """A named way to turn a snapshot into a state, and actions between frames."""
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    """One sentence for people who choose between perceptions."""
+    state: Box
+    """The state, field by field."""
+
+    @abstractmethod
+    def perceive(self, snapshot: Snapshot) -> Percept:
+        """The states of all worlds, and the frames their actions are given in."""
+
+    def to_own(self, frame: AnyArray, actions: Array) -> Array:
+        """`actions` (worlds, m) of the world, in the character's own frame."""
+        return actions
+
+    def to_world(self, frame: AnyArray, actions: Array) -> Array:
+        """`actions` (worlds, m) of the character's own frame, in the world's."""
+        return actions
+
+
+class Scene(ABC):
+    """A character in a world. Subclass it in one file; `evastudio check FILE` tests that file.
+
+    A scene is a pure description: no clock, no drawing, no files, and no randomness but the
+    generator given to `reset`. Its methods work on batches of worlds (see `Snapshot`).
+    """
+
+    name: ClassVar[str]
+    """Lower-case identifier, unique in a workspace."""
+    title: ClassVar[str]
+    """What a person reads."""
+    version: ClassVar[int]
+    """Raised whenever the same seed and actions would give other snapshots."""
+    dt_s: ClassVar[float]
+    """The decision step, seconds."""
+    render_hz: ClassVar[float]
+    """How often a view should draw it."""
+    outcomes: ClassVar[tuple[str, ...]]
+    """What can become of a world; the first is 'running', the others end it."""
+    successes: ClassVar[frozenset[str]]
+    """The outcomes that end a world well."""
+    options: ClassVar[tuple[Option, ...]] = ()
+    controls: ClassVar[tuple[Control, ...]] = ()
+    action: Box
+    """What the character can do, in the world's frame."""
+    perceptions: Mapping[str, Perception]
+    """By name; the first is the default."""
+    look: ClassVar[Look]
+
+    def __init__(self, **values: float) -> None:
+        """A scene with `values` for its options; the others take their defaults.
+
+        Raises NotFoundError for an unknown option, InvalidInputError for a value out of range.
+        """
+        known = {option.name: option for option in self.options}
+        chosen = {option.name: option.default for option in self.options}
+        for name, value in values.items():
+            if name not in known:
+                raise not_found(f"option of scene {self.name!r}", name, known)
+            option = known[name]
+            try:
+                number = float(value)
+            except (TypeError, ValueError):
+                number = float("nan")
+            if not option.low <= number <= option.high:
+                raise InvalidInputError(
+                    f"Option {name!r} is {value!r}; it must be a number from {option.low:g} to "
+                    f"{option.high:g}."
+                )
+            chosen[name] = number
+        self.values: Mapping[str, float] = chosen
+
+    @abstractmethod
+    def reset(self, rng: np.random.Generator, worlds: int) -> Snapshot:
+        """`worlds` new worlds, every random number drawn from `rng`."""
+
+    @abstractmethod
+    def step(self, snapshot: Snapshot, actions: Array) -> Snapshot:
+        """The worlds one decision step later. `actions` has shape (worlds, action size)."""
+
+    @abstractmethod
+    def outcome(self, snapshot: Snapshot) -> NDArray[np.int64]:
+        """For each world the index into `outcomes`, 0 while it runs. Shape (worlds,)."""
+
+    @abstractmethod
+    def progress(self, snapshot: Snapshot) -> Array:
+        """How far each world has come, 0 to 1. Shape (worlds,)."""
+
+    @abstractmethod
+    def meshes(self) -> Mapping[str, Mesh]:
+        """The meshes that `bodies` names."""
+
+    @abstractmethod
+    def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
+        """What to draw of the first world."""
+
+    @abstractmethod
+    def camera(self, snapshot: Snapshot) -> Camera:
+        """Where the animator sees the first world from."""
+
+    def intention(self, snapshot: Snapshot, **traits: float) -> Array:
+        """What a skilled demonstrator would want to do now, shape (worlds, action size).
+
+        Scripted demonstrators build on it. `traits` are numbers that the scene understands.
+        Raises NotFoundError where a scene has none.
+        """
+        raise not_found(f"scripted demonstrator for scene {self.name!r}", "scripted", [])
+
+    def interpolate(self, before: Snapshot, after: Snapshot, fraction: float) -> Snapshot:
+        """Between two successive snapshots, for drawing only; `fraction` runs from 0 to 1."""
+        mixed: dict[str, AnyArray] = {}
+        for name, array in after.moving.items():
+            old = before.moving[name]
+            if np.issubdtype(array.dtype, np.floating):
+                mixed[name] = old + (array - old) * fraction
+            else:
+                mixed[name] = array
+        return Snapshot(after.fixed, mixed)
+
+    # -- what the studio itself needs of any scene ---------------------------------------------
+
+    def perception(self, name: str | None = None) -> Perception:
+        """The perception of that name, or the default. Raises NotFoundError."""
+        if name is None:
+            return next(iter(self.perceptions.values()))
+        if name not in self.perceptions:
+            raise not_found(f"perception of scene {self.name!r}", name, self.perceptions)
+        return self.perceptions[name]
+
+    def worlds(self, seeds: Sequence[int]) -> Snapshot:
+        """One new world for each seed. A world depends on its own seed alone."""
+        return stack([self.reset(np.random.default_rng(seed), 1) for seed in seeds])
+
+    def identity(self) -> dict[str, Any]:
+        """What must be equal for two worlds of the same seed to be equal."""
+        return {"name": self.name, "version": self.version, "options": dict(self.values)}
+
+    def __repr__(self) -> str:
+        return f"<scene {json.dumps(self.identity())}>"
+
+
+def world_seeds(seed: int, count: int) -> list[int]:
+    """`count` seeds of worlds that follow from `seed`; more of them begin with the same ones.
+
+    They have 53 bits, so that they survive JSON and JavaScript.
+    """
+    words = np.random.SeedSequence(seed).generate_state(count, np.uint64)
+    return [int(word >> np.uint64(11)) for word in words]
