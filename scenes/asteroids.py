@@ -19,7 +19,6 @@ taken 90 s.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
 
 import numpy as np
 import trimesh
@@ -392,7 +391,8 @@ def ship_meshes() -> dict[str, Mesh]:
         points = [
             (x, wide * np.cos(a), z + high * np.sin(a)) for x, wide, high, z in rings for a in angle
         ]
-        return trimesh.convex.convex_hull(np.array(points))
+        hull: trimesh.Trimesh = trimesh.convex.convex_hull(np.array(points))
+        return hull
 
     def mesh(shape: trimesh.Trimesh, color: tuple[int, int, int], glow: bool = False) -> Mesh:
         return Mesh(
@@ -406,11 +406,12 @@ def ship_meshes() -> dict[str, Mesh]:
     hull = loft([(1.9, 0.05, 0.04, -0.05), (0.4, 0.42, 0.3, 0.0), (-1.2, 0.5, 0.34, 0.0)], 8)
     canopy = loft([(0.8, 0.08, 0.05, 0.2), (0.2, 0.24, 0.22, 0.25), (-0.5, 0.16, 0.12, 0.3)], 6)
     wing = np.array([(0.3, 0.3, 0.0), (-1.3, 0.3, 0.0), (-1.5, 1.5, -0.15), (-1.0, 1.5, -0.15)])
+    thick = np.array([0.0, 0.0, 0.09])
     sides = []
     for side in (1.0, -1.0):
         flat = wing * (1.0, side, 1.0)
-        sides.append(trimesh.convex.convex_hull(np.concatenate([flat, flat + (0.0, 0.0, 0.09)])))
-    wings = trimesh.util.concatenate(sides)
+        sides.append(trimesh.convex.convex_hull(np.concatenate([flat, flat + thick])))
+    wings: trimesh.Trimesh = trimesh.util.concatenate(sides)
     flame = loft([(-1.2, 0.26, 0.2, 0.0), (-1.8, 0.18, 0.14, 0.0), (-2.9, 0.02, 0.02, 0.0)], 8)
     return {
         "hull": mesh(hull, (226, 230, 238)),
