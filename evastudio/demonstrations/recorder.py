@@ -1,0 +1,184 @@
+"""The recorder: streams the pairs of a running take to the store, never making it wait."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from sqlalchemy.exc import SQLAlchemyError
+
+from evastudio.demonstrations.store import Store
+from evastudio.errors import StudioError
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import AnyArray, Snapshot
+from evastudio.world.spaces import Array
+
+CHUNK_S = 0.4
+"""Longest time that pairs wait in memory; with the write itself it stays under 0.5 s."""
+
+
+@dataclass
+class _Running:
+    """A take in the making. Only the writing thread touches `id` and `unwritten`."""
+
+    scene: Scene
+    seed: int
+    pilot: str
+    perception: str
+    snapshot: Snapshot
+    started_at: float
+    pairs: int = 0
+    buffer: list[tuple[Array, Array, Snapshot]] = field(default_factory=list)
+    unwritten: list[tuple[Array, Array, Snapshot]] = field(default_factory=list)
+    written: int = 0
+    id: int | None = None
+
+
+class Recorder:
+    """Writes takes into one session, on a thread of its own.
+
+    A take enters the store with its first chunk. A write that fails is kept and tried again
+    with the next one; `problem` says so meanwhile.
+    """
+
+    def __init__(self, store: Store, session: int, perception: str | None = None) -> None:
+        self._store = store
+        self.session = session
+        self._perception = perception
+        self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder")
+        self._take: _Running | None = None
+        self._last: _Running | None = None
+        self._thrown: _Running | None = None
+        self.problem: str | None = None
+        """Why the latest write failed, or None."""
+
+    @property
+    def running(self) -> bool:
+        return self._take is not None
+
+    @property
+    def pairs(self) -> int:
+        """Pairs of the running take, or else of the last one."""
+        take = self._take or self._last
+        return take.pairs if take else 0
+
+    @property
+    def can_discard(self) -> bool:
+        return self._take is not None or self._last is not None
+
+    @property
+    def can_undo(self) -> bool:
+        return self._thrown is not None
+
+    def begin(self, scene: Scene, snapshot: Snapshot, seed: int, pilot: str, now: float) -> None:
+        """Start a take in the world of `snapshot`. A running one is ended as it is."""
+        self.end(None, now)
+        name = scene.perception(self._perception).name
+        self._take = _Running(scene, seed, pilot, name, snapshot, now)
+
+    def add(self, state: Array, action: Array, snapshot: Snapshot) -> None:
+        """One pair and the moment it belongs to: rows of shape (1, n) and (1, m)."""
+        take = self._take
+        if take is None:
+            return
+        take.pairs += 1
+        take.buffer.append((state, action, snapshot))
+        if len(take.buffer) >= max(1, int(CHUNK_S / take.scene.dt_s)):
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand what is in memory to the writer now."""
+        take = self._take
+        if take is not None and take.buffer:
+            rows, take.buffer = take.buffer, []
+            take.unwritten.extend(rows)
+            self._submit(lambda: self._write(take))
+
+    def end(self, outcome: str | None, now: float) -> None:
+        """End the running take, if any; `outcome` None where it was broken off."""
+        take = self._take
+        if take is None:
+            return
+        self.flush()
+        self._take, self._last, self._thrown = None, take, None
+
+        def finish() -> None:
+            self._write(take)
+            if take.id is not None and outcome is not None:
+                self._store.finish_take(take.id, outcome, now)
+
+        self._submit(finish)
+
+    def discard(self, now: float) -> bool:
+        """Throw the running take, or else the last one, into the trash; False if there is none."""
+        self.end(None, now)
+        take, self._last = self._last, None
+        if take is None:
+            return False
+        self._thrown = take
+        self._submit(lambda: take.id is not None and self._store.trash_take(take.id, now))
+        return True
+
+    def undo(self) -> bool:
+        """Bring back the take that `discard` threw away last; False if there is none."""
+        take, self._thrown = self._thrown, None
+        if take is None:
+            return False
+        self._last = take
+        self._submit(lambda: take.id is not None and self._store.restore_take(take.id))
+        return True
+
+    def settle(self, then: Callable[[], None]) -> None:
+        """Call `then` on the writing thread once everything asked for so far is done."""
+        self._submit(then)
+
+    def close(self, now: float) -> None:
+        """End the running take and return when everything is written."""
+        self.end(None, now)
+        self._writer.shutdown(wait=True)
+
+    def _submit(self, work: Callable[[], Any]) -> None:
+        def guarded() -> None:
+            try:
+                work()
+            except (SQLAlchemyError, StudioError, OSError) as error:
+                self.problem = f"Recording goes on in memory, saving failed: {_reason(error)}"
+            else:
+                self.problem = None
+
+        self._writer.submit(guarded)
+
+    def _write(self, take: _Running) -> None:
+        rows = list(take.unwritten)
+        if not rows:
+            return
+        if take.id is None:
+            take.id = self._store.begin_take(
+                self.session,
+                take.scene,
+                take.perception,
+                take.seed,
+                take.pilot,
+                take.snapshot.fixed,
+                take.started_at,
+            )
+        moving: dict[str, AnyArray] = {
+            name: np.concatenate([snapshot.moving[name] for _, _, snapshot in rows])
+            for name in rows[0][2].moving
+        }
+        self._store.append(
+            take.id,
+            take.written,
+            np.concatenate([state for state, _, _ in rows]),
+            np.concatenate([action for _, action, _ in rows]),
+            moving,
+        )
+        take.written += len(rows)
+        del take.unwritten[: len(rows)]
+
+
+def _reason(error: Exception) -> str:
+    return str(getattr(error, "orig", None) or error)

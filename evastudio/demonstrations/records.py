@@ -1,0 +1,84 @@
+"""What the session store holds, as frozen records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evastudio.world.snapshot import Snapshot
+from evastudio.world.spaces import Array
+
+
+@dataclass(frozen=True)
+class CleaningRecord:
+    """The cleaning in force for a session."""
+
+    id: int
+    created_at: float
+    settings: Mapping[str, Any]
+    pairs: int
+    """Pairs that were looked at."""
+    removed: int
+    """Pairs marked as conflicts."""
+    stale: bool
+    """Takes were added, trashed or restored since."""
+
+
+@dataclass(frozen=True)
+class SessionRecord:
+    """The takes one demonstrator made of one scene for one purpose."""
+
+    id: int
+    name: str
+    scene: str
+    scene_version: int
+    demonstrator: str
+    created_at: float
+    """Seconds since the epoch."""
+    takes_kept: int
+    takes_trashed: int
+    pairs: int
+    """Pairs of the kept takes."""
+    seconds: float
+    """Duration of the kept takes."""
+    cleaning: CleaningRecord | None
+
+
+@dataclass(frozen=True)
+class TakeRecord:
+    """One unbroken demonstration in one world."""
+
+    id: int
+    session: int
+    number: int
+    """Its place in the session, from 1."""
+    seed: int
+    options: Mapping[str, float]
+    """Options of the scene in which it was made."""
+    pilot: str
+    pairs: int
+    seconds: float
+    outcome: str | None
+    """None while it is being recorded, and where recording was cut off."""
+    started_at: float
+    trashed: bool
+
+
+@dataclass(frozen=True)
+class TakeData:
+    """The content of a take."""
+
+    snapshots: Snapshot
+    """Its moments in order, along the worlds axis."""
+    states: Array
+    """What the recorder saw, under `perception`; shape (pairs, state size)."""
+    actions: Array
+    """In the world's frame, shape (pairs, action size)."""
+
+
+Marks = Mapping[int, NDArray[np.bool_]]
+"""For each take that a cleaning looked at: which of its pairs are conflicts."""

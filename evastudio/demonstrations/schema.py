@@ -1,0 +1,89 @@
+"""The tables of the session store, and the versions they went through."""
+
+from __future__ import annotations
+
+from sqlalchemy import (
+    BigInteger,
+    Column,
+    Float,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    MetaData,
+    String,
+    Table,
+    Text,
+)
+
+VERSION = 1
+"""Raised with every change of the tables; `engine.migrate` brings older stores forward."""
+
+metadata = MetaData()
+
+store = Table(
+    "evastudio_store",
+    metadata,
+    Column("version", Integer, nullable=False),
+)
+
+sessions = Table(
+    "sessions",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("name", String(200), nullable=False),
+    Column("scene", String(200), nullable=False),
+    Column("scene_version", Integer, nullable=False),
+    Column("demonstrator", String(200), nullable=False),
+    Column("created_at", Float, nullable=False),
+)
+
+takes = Table(
+    "takes",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("session_id", ForeignKey("sessions.id"), nullable=False, index=True),
+    Column("number", Integer, nullable=False),
+    Column("seed", BigInteger, nullable=False),
+    Column("options", Text, nullable=False),
+    Column("dt_s", Float, nullable=False),
+    Column("pilot", String(200), nullable=False),
+    Column("perception", String(200), nullable=False),
+    Column("started_at", Float, nullable=False),
+    Column("ended_at", Float),
+    Column("outcome", String(200)),
+    Column("trashed_at", Float),
+    Column("fixed", LargeBinary, nullable=False),
+    Index("takes_number", "session_id", "number", unique=True),
+)
+"""`fixed` holds the unchanging arrays of the world, packed."""
+
+chunks = Table(
+    "chunks",
+    metadata,
+    Column("take_id", ForeignKey("takes.id"), primary_key=True),
+    Column("first_step", Integer, primary_key=True),
+    Column("steps", Integer, nullable=False),
+    Column("arrays", LargeBinary, nullable=False),
+)
+"""At most half a second of a take each: states, actions and moving arrays, packed."""
+
+cleanings = Table(
+    "cleanings",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("session_id", ForeignKey("sessions.id"), nullable=False, index=True),
+    Column("created_at", Float, nullable=False),
+    Column("settings", Text, nullable=False),
+)
+
+marks = Table(
+    "marks",
+    metadata,
+    Column("cleaning_id", ForeignKey("cleanings.id"), primary_key=True),
+    Column("take_id", ForeignKey("takes.id"), primary_key=True),
+    Column("pairs", Integer, nullable=False),
+    Column("removed", Integer, nullable=False),
+    Column("mask", LargeBinary, nullable=False),
+)
+"""One bit for each pair of a take that a cleaning looked at."""

@@ -1,0 +1,366 @@
+"""The session store: takes are written while they happen and never deleted unasked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection, Row, case, delete, func, insert, select, update
+
+from evastudio.demonstrations import schema
+from evastudio.demonstrations.engine import open_engine
+from evastudio.demonstrations.packing import pack, unpack
+from evastudio.demonstrations.records import (
+    CleaningRecord,
+    Marks,
+    SessionRecord,
+    TakeData,
+    TakeRecord,
+)
+from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import AnyArray, Snapshot
+
+NAME_LENGTH = 200
+MOVING = "moving."
+
+
+class Store:
+    """Sessions, their takes and cleanings, in one database. Safe to use from several threads."""
+
+    def __init__(self, url: str) -> None:
+        """Open or make the store at the SQLAlchemy URL `url`. Raises StorageError."""
+        self.url = url
+        self._engine = open_engine(url)
+
+    def close(self) -> None:
+        self._engine.dispose()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # -- sessions ------------------------------------------------------------------------------
+
+    def create_session(self, scene: Scene, name: str, demonstrator: str, now: float) -> int:
+        """A new, empty session; its id. `now` in seconds since the epoch."""
+        values = {
+            "name": _checked_name(name, "session"),
+            "scene": scene.name,
+            "scene_version": scene.version,
+            "demonstrator": _checked_name(demonstrator, "demonstrator"),
+            "created_at": now,
+        }
+        with self._engine.begin() as connection:
+            result = connection.execute(insert(schema.sessions).values(**values))
+            return _new_id(result.inserted_primary_key)
+
+    def sessions(self, scene: str | None = None) -> list[SessionRecord]:
+        """All sessions, newest first; those of one scene where `scene` is given."""
+        query = select(schema.sessions).order_by(schema.sessions.c.id.desc())
+        if scene is not None:
+            query = query.where(schema.sessions.c.scene == scene)
+        with self._engine.connect() as connection:
+            return [_session(connection, row) for row in connection.execute(query)]
+
+    def session(self, reference: int | str) -> SessionRecord:
+        """The session with that id, or else that name. Raises NotFoundError.
+
+        Of several sessions of one name it is the newest.
+        """
+        table = schema.sessions
+        with self._engine.connect() as connection:
+            row = None
+            if str(reference).isdecimal():
+                found = connection.execute(select(table).where(table.c.id == int(reference)))
+                row = found.one_or_none()
+            if row is None:
+                named = select(table).where(table.c.name == str(reference))
+                row = connection.execute(named.order_by(table.c.id.desc()).limit(1)).one_or_none()
+            if row is None:
+                raise NotFoundError(
+                    f"There is no session {str(reference)!r}; `evastudio sessions` lists them."
+                )
+            return _session(connection, row)
+
+    # -- takes ---------------------------------------------------------------------------------
+
+    def begin_take(
+        self,
+        session: int,
+        scene: Scene,
+        perception: str,
+        seed: int,
+        pilot: str,
+        fixed: Mapping[str, AnyArray],
+        now: float,
+    ) -> int:
+        """A new take, without pairs so far; its id. `fixed` are a snapshot's, of one world."""
+        table = schema.takes
+        with self._engine.begin() as connection:
+            last = select(func.max(table.c.number)).where(table.c.session_id == session)
+            result = connection.execute(
+                insert(table).values(
+                    session_id=session,
+                    number=(connection.execute(last).scalar() or 0) + 1,
+                    seed=seed,
+                    options=json.dumps(dict(scene.values)),
+                    dt_s=scene.dt_s,
+                    pilot=_checked_name(pilot, "pilot"),
+                    perception=perception,
+                    started_at=now,
+                    fixed=pack(fixed),
+                )
+            )
+            return _new_id(result.inserted_primary_key)
+
+    def append(
+        self,
+        take: int,
+        first_step: int,
+        states: AnyArray,
+        actions: AnyArray,
+        moving: Mapping[str, AnyArray],
+    ) -> None:
+        """Write the next pairs of a take, all or none of them.
+
+        states, actions: shape (steps, n) and (steps, m). moving: arrays of leading axis steps.
+        """
+        arrays = {MOVING + name: array for name, array in moving.items()}
+        packed = pack({"states": states, "actions": actions, **arrays})
+        with self._engine.begin() as connection:
+            connection.execute(
+                insert(schema.chunks).values(
+                    take_id=take, first_step=first_step, steps=len(actions), arrays=packed
+                )
+            )
+
+    def finish_take(self, take: int, outcome: str, now: float) -> None:
+        """Write how a take ended."""
+        self._change_take(take, outcome=outcome, ended_at=now)
+
+    def trash_take(self, take: int, now: float) -> None:
+        """Leave a take out of its session until it is restored."""
+        self._change_take(take, trashed_at=now)
+
+    def restore_take(self, take: int) -> None:
+        """Bring a take back from the trash."""
+        self._change_take(take, trashed_at=None)
+
+    def empty_trash(self, session: int) -> int:
+        """Delete the trashed takes of a session for good; how many there were."""
+        takes = schema.takes
+        gone = select(takes.c.id).where(
+            takes.c.session_id == session, takes.c.trashed_at.is_not(None)
+        )
+        with self._engine.begin() as connection:
+            ids = list(connection.execute(gone).scalars())
+            for table in (schema.chunks, schema.marks):
+                connection.execute(delete(table).where(table.c.take_id.in_(ids)))
+            connection.execute(delete(takes).where(takes.c.id.in_(ids)))
+        return len(ids)
+
+    def takes(self, session: int, trashed: bool | None = False) -> list[TakeRecord]:
+        """The takes of a session in order: kept ones, trashed ones, or with None both."""
+        query = _takes_query().where(schema.takes.c.session_id == session)
+        if trashed is not None:
+            at = schema.takes.c.trashed_at
+            query = query.where(at.is_not(None) if trashed else at.is_(None))
+        with self._engine.connect() as connection:
+            return [_take(row) for row in connection.execute(query)]
+
+    def take(self, take: int) -> TakeRecord:
+        """One take. Raises NotFoundError."""
+        with self._engine.connect() as connection:
+            row = connection.execute(_takes_query().where(schema.takes.c.id == take)).one_or_none()
+        if row is None:
+            raise _no_take(take)
+        return _take(row)
+
+    def load_take(self, take: int) -> TakeData:
+        """The content of a take. Raises NotFoundError, and StorageError where it is damaged."""
+        chunks = schema.chunks
+        with self._engine.connect() as connection:
+            packed = connection.execute(
+                select(schema.takes.c.fixed).where(schema.takes.c.id == take)
+            ).scalar_one_or_none()
+            rows = connection.execute(
+                select(chunks.c.arrays)
+                .where(chunks.c.take_id == take)
+                .order_by(chunks.c.first_step)
+            ).scalars()
+            parts = [unpack(data, f"recording of take {take}") for data in rows]
+        if packed is None or not parts:
+            raise _no_take(take)
+        joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        steps = len(joined["actions"])
+        fixed = {
+            name: np.broadcast_to(array, (steps, *array.shape[1:]))
+            for name, array in unpack(packed, f"world of take {take}").items()
+        }
+        moving = {
+            name.removeprefix(MOVING): array
+            for name, array in joined.items()
+            if name.startswith(MOVING)
+        }
+        return TakeData(Snapshot(fixed, moving), joined["states"], joined["actions"])
+
+    def _change_take(self, take: int, **values: Any) -> None:
+        with self._engine.begin() as connection:
+            query = update(schema.takes).where(schema.takes.c.id == take).values(**values)
+            if connection.execute(query).rowcount == 0:
+                raise _no_take(take)
+
+    # -- cleanings -----------------------------------------------------------------------------
+
+    def save_cleaning(
+        self, session: int, settings: Mapping[str, Any], marks: Marks, now: float
+    ) -> int:
+        """Put a cleaning in force; its id. Pairs are marked, never deleted."""
+        with self._engine.begin() as connection:
+            result = connection.execute(
+                insert(schema.cleanings).values(
+                    session_id=session, created_at=now, settings=json.dumps(dict(settings))
+                )
+            )
+            cleaning = _new_id(result.inserted_primary_key)
+            for take, mask in marks.items():
+                connection.execute(
+                    insert(schema.marks).values(
+                        cleaning_id=cleaning,
+                        take_id=take,
+                        pairs=len(mask),
+                        removed=int(mask.sum()),
+                        mask=np.packbits(mask).tobytes(),
+                    )
+                )
+        return cleaning
+
+    def undo_cleaning(self, session: int) -> bool:
+        """Take the cleaning in force back; the one before it, if any, is in force again."""
+        with self._engine.begin() as connection:
+            cleaning = connection.execute(_cleaning_query(session)).scalar_one_or_none()
+            if cleaning is None:
+                return False
+            connection.execute(delete(schema.marks).where(schema.marks.c.cleaning_id == cleaning))
+            connection.execute(delete(schema.cleanings).where(schema.cleanings.c.id == cleaning))
+            return True
+
+    def marks(self, session: int) -> Marks:
+        """The conflicts of the cleaning in force, by take; empty where there is none."""
+        with self._engine.connect() as connection:
+            cleaning = connection.execute(_cleaning_query(session)).scalar_one_or_none()
+            rows = connection.execute(
+                select(schema.marks).where(schema.marks.c.cleaning_id == cleaning)
+            ).all()
+        return {
+            row.take_id: np.unpackbits(np.frombuffer(row.mask, np.uint8), count=row.pairs).astype(
+                bool
+            )
+            for row in rows
+        }
+
+
+def _takes_query() -> Any:
+    takes, chunks = schema.takes, schema.chunks
+    columns = [column for column in takes.c if column.name != "fixed"]
+    counted = (
+        select(func.coalesce(func.sum(chunks.c.steps), 0))
+        .where(chunks.c.take_id == takes.c.id)
+        .scalar_subquery()
+    )
+    return select(*columns, counted.label("pairs")).order_by(takes.c.id)
+
+
+def _cleaning_query(session: int) -> Any:
+    table = schema.cleanings
+    query = select(table.c.id).where(table.c.session_id == session)
+    return query.order_by(table.c.id.desc()).limit(1)
+
+
+def _take(row: Row[Any]) -> TakeRecord:
+    return TakeRecord(
+        id=row.id,
+        session=row.session_id,
+        number=row.number,
+        seed=row.seed,
+        options=json.loads(row.options),
+        pilot=row.pilot,
+        pairs=int(row.pairs),
+        seconds=int(row.pairs) * row.dt_s,
+        outcome=row.outcome,
+        started_at=row.started_at,
+        trashed=row.trashed_at is not None,
+    )
+
+
+def _session(connection: Connection, row: Row[Any]) -> SessionRecord:
+    takes, chunks = schema.takes, schema.chunks
+    kept = case((takes.c.trashed_at.is_(None), 1), else_=0)
+    counts = connection.execute(
+        select(func.coalesce(func.sum(kept), 0), func.count()).where(takes.c.session_id == row.id)
+    ).one()
+    sums = connection.execute(
+        select(
+            func.coalesce(func.sum(chunks.c.steps), 0),
+            func.coalesce(func.sum(chunks.c.steps * takes.c.dt_s), 0.0),
+        )
+        .select_from(chunks.join(takes))
+        .where(takes.c.session_id == row.id, takes.c.trashed_at.is_(None))
+    ).one()
+    return SessionRecord(
+        id=row.id,
+        name=row.name,
+        scene=row.scene,
+        scene_version=row.scene_version,
+        demonstrator=row.demonstrator,
+        created_at=row.created_at,
+        takes_kept=int(counts[0]),
+        takes_trashed=int(counts[1] - counts[0]),
+        pairs=int(sums[0]),
+        seconds=float(sums[1]),
+        cleaning=_cleaning(connection, row.id),
+    )
+
+
+def _cleaning(connection: Connection, session: int) -> CleaningRecord | None:
+    latest = connection.execute(_cleaning_query(session)).scalar_one_or_none()
+    if latest is None:
+        return None
+    cleanings, marks = schema.cleanings, schema.marks
+    row = connection.execute(select(cleanings).where(cleanings.c.id == latest)).one()
+    seen = connection.execute(select(marks).where(marks.c.cleaning_id == latest)).all()
+    kept = _takes_query().where(
+        schema.takes.c.session_id == session, schema.takes.c.trashed_at.is_(None)
+    )
+    present = {take.id: int(take.pairs) for take in connection.execute(kept) if take.pairs}
+    return CleaningRecord(
+        id=latest,
+        created_at=row.created_at,
+        settings=json.loads(row.settings),
+        pairs=sum(mark.pairs for mark in seen),
+        removed=sum(mark.removed for mark in seen),
+        stale=present != {mark.take_id: mark.pairs for mark in seen},
+    )
+
+
+def _checked_name(name: str, what: str) -> str:
+    name = name.strip()
+    if not 0 < len(name) <= NAME_LENGTH or not name.isprintable():
+        raise InvalidInputError(
+            f"The name of a {what} is {name[:40]!r}; it must have 1 to {NAME_LENGTH} printable "
+            "characters."
+        )
+    return name
+
+
+def _new_id(key: Any) -> int:
+    return int(key[0])
+
+
+def _no_take(take: int) -> NotFoundError:
+    return NotFoundError(f"There is no take {take}, or nothing was recorded in it.")

@@ -1,0 +1,66 @@
+"""A workspace: a user's folder with their scenes, policies and session store."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from evastudio.errors import StorageError
+
+
+def shipped() -> Path:
+    """The folder that holds the shipped `scenes/`, `policies/` and `web/`.
+
+    In a checkout that is the checkout itself, in an installed package a folder inside it.
+    """
+    package = Path(__file__).parent
+    inside = package / "_shipped"
+    return inside if inside.is_dir() else package.parent
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """Where a user's things are. Reading needs nothing; `ready` makes it writable."""
+
+    root: Path
+    store: str | None = None
+    """URL of the session store; `studio.db` in `root` when None."""
+
+    @property
+    def store_url(self) -> str:
+        return self.store or f"sqlite:///{self.root.resolve() / 'studio.db'}"
+
+    @property
+    def scene_folders(self) -> tuple[Path, ...]:
+        """The user's first: a scene of the same name hides the shipped one."""
+        return _distinct(self.root / "scenes", shipped() / "scenes")
+
+    @property
+    def policy_folders(self) -> tuple[Path, ...]:
+        return _distinct(self.root / "policies", shipped() / "policies")
+
+    @property
+    def policies(self) -> Path:
+        """Where new policies are written."""
+        return self.root / "policies"
+
+    def ready(self) -> Workspace:
+        """Make the folder and check that it can be written. Raises StorageError."""
+        problem = None
+        try:
+            self.policies.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            problem = error.strerror or str(error)
+        if problem is None and not os.access(self.root, os.W_OK):
+            problem = "permission denied"
+        if problem is not None:
+            raise StorageError(
+                f"The workspace {str(self.root)!r} cannot be written ({problem}). Choose another "
+                "folder with --workspace, or change its permissions."
+            )
+        return self
+
+
+def _distinct(*folders: Path) -> tuple[Path, ...]:
+    return tuple({folder.resolve(): folder for folder in folders}.values())

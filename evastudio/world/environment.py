@@ -1,0 +1,77 @@
+"""Scenes as Gymnasium environments: `gymnasium.make("evastudio/Asteroids-v0")`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from evastudio.errors import InvalidInputError
+from evastudio.workspace import shipped
+from evastudio.world.loading import find_scene
+from evastudio.world.scene import Scene
+from evastudio.world.spaces import Array
+
+
+class SceneEnvironment(gymnasium.Env):
+    """One world of a scene. Observations are states of a perception, actions are in its frame.
+
+    The reward is the gain in progress, plus 1 for an end that is a success and minus 1 for any
+    other end.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - gymnasium's convention
+
+    def __init__(self, scene: str | Scene, perception: str | None = None, **options: float) -> None:
+        if isinstance(scene, str):
+            scene = find_scene(scene, (shipped() / "scenes",))(**options)
+        elif options:
+            raise InvalidInputError(
+                f"Options {sorted(options)} were given beside a scene that is made already; give "
+                "its name, or make it with them."
+            )
+        self.scene = scene
+        self.perception = scene.perception(perception)
+        state = self.perception.state
+        self.observation_space = spaces.Box(state.low, state.high, dtype=np.float64)
+        self.action_space = spaces.Box(scene.action.low, scene.action.high, dtype=np.float64)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Array, dict[str, Any]]:
+        """A new world. The same seed gives the same world as anywhere else in the studio."""
+        super().reset(seed=seed)
+        chosen = int(self.np_random.integers(2**53)) if seed is None else seed
+        self._snapshot = self.scene.worlds([chosen])
+        return self._observe(), {"seed": chosen}
+
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        actions = np.asarray(action, dtype=np.float64).reshape(1, -1)
+        actions = self.scene.action.check(actions, "actions")
+        before = self.scene.progress(self._snapshot)[0]
+        turned = self.perception.to_world(self._frame, actions)
+        self._snapshot = self.scene.step(self._snapshot, turned)
+        outcome = self.scene.outcomes[int(self.scene.outcome(self._snapshot)[0])]
+        ended = outcome != self.scene.outcomes[0]
+        reward = float(self.scene.progress(self._snapshot)[0] - before)
+        if ended:
+            reward += 1.0 if outcome in self.scene.successes else -1.0
+        return self._observe(), reward, ended, False, {"outcome": outcome}
+
+    def _observe(self) -> Array:
+        percept = self.perception.perceive(self._snapshot)
+        self._frame = percept.frame
+        state: Array = percept.states[0]
+        return state
+
+
+def register() -> None:
+    """Register every shipped scene in Gymnasium's namespace `evastudio` (an entry point)."""
+    for path in sorted((shipped() / "scenes").glob("*.py")):
+        gymnasium.register(
+            id=f"{path.stem.title().replace('_', '')}-v0",
+            entry_point="evastudio.world.environment:SceneEnvironment",
+            kwargs={"scene": path.stem},
+        )
