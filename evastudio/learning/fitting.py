@@ -1,0 +1,82 @@
+"""Fitting: from pairs to a policy, with the settings that served best as defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from evastudio.demonstrations.pairs import Pairs
+from evastudio.errors import InvalidInputError, not_found
+from evastudio.learning.cleaning import Cleaning, Progress, silent
+from evastudio.learning.policy import LEARNERS, Policy, fingerprint
+from evastudio.learning.svr import SVRPolicy
+from evastudio.world.scene import Perception, Scene
+
+DEFAULT_LEARNER = "svr"
+
+
+def fit_policy(
+    pairs: Pairs,
+    scene: Scene,
+    perception: str | Perception | None = None,
+    learner: str = DEFAULT_LEARNER,
+    settings: Mapping[str, Any] | None = None,
+    *,
+    session: int | str | None = None,
+    takes: Sequence[int] | None = None,
+    cleaning: Cleaning | None = None,
+    made_by: str = "",
+    created: str = "",
+    progress: Progress = silent,
+) -> Policy:
+    """A policy fitted to `pairs`, which were perceived through `perception` of `scene`.
+
+    Where a `cleaning` of these pairs is given, its conflicts are left out first. `settings`
+    replace some of the learner's defaults. `takes` are those of the pairs unless told otherwise.
+    Raises NotFoundError for an unknown perception, learner or setting, InvalidInputError for
+    pairs or settings that cannot be used.
+    """
+    view = scene.perception(perception) if not isinstance(perception, Perception) else perception
+    if learner not in LEARNERS:
+        raise not_found("learner", learner, LEARNERS)
+    fitted: Any = LEARNERS[learner]()
+    for name, value in (settings or {}).items():
+        if name not in fitted.get_params():
+            raise not_found(f"setting of learner {learner!r}", name, fitted.get_params())
+        fitted.set_params(**{name: value})
+    if cleaning is not None:
+        pairs = cleaning.apply(pairs)
+    if len(pairs) == 0:
+        raise InvalidInputError(
+            "There are no pairs to learn from. Record a take first, or clean less strictly."
+        )
+    view.state.check(pairs.states, "states of the pairs")
+    scene.action.check(pairs.actions, "actions of the pairs")
+    progress(0.0, f"Fitting {len(pairs)} pairs")
+    if isinstance(fitted, SVRPolicy):
+        fitted.fit(
+            pairs.states,
+            pairs.actions,
+            progress=lambda share: progress(share, "Fitting the action"),
+        )
+    else:
+        fitted.fit(pairs.states, pairs.actions)
+    progress(1.0, "Fitted")
+    if takes is None:
+        takes = [int(take) for take in np.unique(pairs.takes)]
+    return Policy(
+        learner=fitted,
+        scene=scene.identity(),
+        perception=view.name,
+        state=view.state,
+        action=scene.action,
+        pairs=len(pairs),
+        fingerprint=fingerprint(pairs),
+        session=session,
+        takes=tuple(takes),
+        cleaning=None if cleaning is None else cleaning.report(),
+        made_by=made_by,
+        created=created,
+    )
