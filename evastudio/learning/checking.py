@@ -19,7 +19,8 @@ def checked_pairs(learner: Any, states: Any, actions: Any) -> tuple[Array, Array
     """
     if actions is None:
         raise InvalidInputError(
-            f"{type(learner).__name__} requires y to be passed: an action for every state."
+            f"{type(learner).__name__} requires y to be passed, but the target y is None: "
+            "give an action for every state."
         )
     try:
         states, actions = validate_data(

@@ -54,6 +54,11 @@ class KNNPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.k = k
         self.weights = weights
 
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.multi_output = True
+        return tags
+
     def fit(self, states: Any, actions: Any = None) -> Self:
         """Remember the pairs: states (pairs, n), actions (pairs, m) or (pairs,)."""
         self.check_settings()

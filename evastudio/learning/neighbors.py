@@ -57,8 +57,8 @@ class NeighborIndex:
         """
         if len(self) <= k:
             raise InvalidInputError(
-                f"{k} neighbours of each pair were asked for, but there are {len(self)} pairs; "
-                f"at least {k + 1} are needed."
+                f"{k} neighbours of each pair were asked for, but there are only "
+                f"{len(self)} (n_samples={len(self)}); at least {k + 1} are needed."
             )
         _, indices = self.nearest(self.points, k + 1)
         own = indices == np.arange(len(self))[:, None]

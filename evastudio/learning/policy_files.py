@@ -32,6 +32,8 @@ KEY = "evastudio"
 SUFFIX = ".safetensors"
 MAX_HEADER = 16_000_000
 MAX_FILE = 2_000_000_000
+LARGEST = 1e60
+"""No number of a policy is beyond this, so that no decision overflows."""
 
 ARRAYS: Mapping[str, tuple[str, ...]] = {
     "knn": ("states_", "actions_", "offset_", "scale_"),
@@ -203,8 +205,8 @@ def _learner(
         raise InvalidInputError(f"it holds the arrays {sorted(arrays)}, not {sorted(wanted)}")
     for key, array in arrays.items():
         dtype = np.int64 if key == "support" else np.float64
-        if array.dtype != dtype or not np.isfinite(array).all():
-            raise InvalidInputError(f"its array {key!r} holds values that are no finite numbers")
+        if array.dtype != dtype or not (np.abs(array) < LARGEST).all():
+            raise InvalidInputError(f"its array {key!r} holds values that make no sense")
         setattr(learner, key + "_", array)
     rows = len(arrays["states" if name == "knn" else "support_vectors"])
     shapes: dict[str, tuple[int, ...]] = {"offset": (states,), "scale": (states,)}
@@ -216,7 +218,7 @@ def _learner(
             raise InvalidInputError(
                 f"its array {key!r} has shape {array.shape}, expected {shapes[key]}"
             )
-    if not (arrays["scale"] > 0).all():
+    if not (arrays["scale"] > 1.0 / LARGEST).all():
         raise InvalidInputError("its standardisation divides by zero")
     if isinstance(learner, KNNPolicy):
         learner.check_settings()

@@ -63,6 +63,11 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.gamma = gamma
         self.cache_mb = cache_mb
 
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.multi_output = True
+        return tags
+
     def fit(
         self, states: Any, actions: Any = None, *, progress: Callable[[float], None] | None = None
     ) -> Self:

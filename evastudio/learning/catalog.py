@@ -1,0 +1,73 @@
+"""The policies at hand: files in the user's folder and the shipped one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from evastudio.errors import InvalidInputError, StorageError, not_found
+from evastudio.learning.policy_files import read_policy_header
+
+SUFFIX = ".safetensors"
+_NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,79}")
+
+
+@dataclass(frozen=True)
+class PolicyEntry:
+    """One policy file."""
+
+    name: str
+    path: Path
+    header: Mapping[str, Any] | None
+    """What the file says of itself; None where it cannot be read."""
+    problem: str | None
+    """Why it cannot be read, or None."""
+
+
+def list_policies(folders: Iterable[Path]) -> dict[str, PolicyEntry]:
+    """Every policy file in `folders` by name; where two share a name, the first folder's wins."""
+    entries: dict[str, PolicyEntry] = {}
+    for folder in folders:
+        for path in sorted(folder.glob("*" + SUFFIX)):
+            header: Mapping[str, Any] | None = None
+            problem = None
+            try:
+                header = read_policy_header(path)
+            except StorageError as error:
+                problem = str(error)
+            name = path.name.removesuffix(SUFFIX)
+            entries.setdefault(name, PolicyEntry(name, path, header, problem))
+    return entries
+
+
+def find_policy_file(reference: str, folders: Iterable[Path]) -> Path:
+    """The file of a policy given by its name or its path. Raises NotFoundError."""
+    path = Path(reference)
+    if path.suffix == SUFFIX and path.is_file():
+        return path
+    names = {
+        path.name.removesuffix(SUFFIX): path
+        for folder in reversed(tuple(folders))
+        for path in folder.glob("*" + SUFFIX)
+    }
+    if reference not in names:
+        raise not_found("policy", reference, names)
+    return names[reference]
+
+
+def checked_policy_name(name: str) -> str:
+    """`name` if it can be a file's. Raises InvalidInputError."""
+    if not _NAME.fullmatch(name):
+        raise InvalidInputError(
+            f"A policy cannot be called {name[:80]!r}: use 1 to 80 of a-z, 0-9, '.', '_' and '-', "
+            "beginning with a letter or digit."
+        )
+    return name
+
+
+def policy_name_from(text: str) -> str:
+    """A policy name like `text`: 'My flight 2' gives 'my-flight-2'."""
+    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-")[:80] or "policy"

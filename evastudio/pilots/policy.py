@@ -1,0 +1,50 @@
+"""A policy as a pilot: perceive, decide, turn the action back to the world."""
+
+from __future__ import annotations
+
+from evastudio.errors import ConflictError
+from evastudio.learning.policy import Policy
+from evastudio.world.rollout import Memory, Pilot
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import Snapshot
+from evastudio.world.spaces import Array
+
+
+class PolicyPilot(Pilot):
+    """Flies as `policy` decides. It remembers nothing: the paper's policies are reactive."""
+
+    def __init__(self, policy: Policy, name: str = "policy") -> None:
+        self.policy = policy
+        self.name = name
+
+    def check(self, scene: Scene) -> None:
+        """Raise ConflictError where the policy was not made for `scene` as it is now.
+
+        Options may differ: a policy from a sparse field can be tried in a dense one.
+        """
+        policy = self.policy
+        if (policy.scene_name, policy.scene_version) != (scene.name, scene.version):
+            raise ConflictError(
+                f"The policy was made for scene {policy.scene_name!r} version "
+                f"{policy.scene_version}, and this is scene {scene.name!r} version "
+                f"{scene.version}. Fit a policy from takes of this scene."
+            )
+        if policy.perception not in scene.perceptions:
+            raise ConflictError(
+                f"The policy perceives through {policy.perception!r}, which scene {scene.name!r} "
+                f"does not offer (it has {', '.join(scene.perceptions)}). Fit it again."
+            )
+        view = scene.perceptions[policy.perception]
+        if view.state.names != policy.state.names or scene.action.names != policy.action.names:
+            raise ConflictError(
+                f"The policy expects the state {', '.join(policy.state.names)} and gives "
+                f"{', '.join(policy.action.names)}; perception {view.name!r} of scene "
+                f"{scene.name!r} has changed since. Fit it again."
+            )
+
+    def act(self, scene: Scene, snapshot: Snapshot, memory: Memory) -> tuple[Array, Memory]:
+        self.check(scene)
+        view = scene.perceptions[self.policy.perception]
+        percept = view.perceive(snapshot)
+        actions = self.policy.learner.decide(percept.states)
+        return view.to_world(percept.frame, actions), memory
