@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import uuid
+
 from sqlalchemy import Engine, create_engine, event, insert, inspect, select
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, SQLAlchemyError
@@ -51,7 +53,9 @@ def _prepare(engine: Engine, shown: str) -> None:
                     "the session store needs one of its own. Choose another with --store."
                 )
             schema.metadata.create_all(connection)
-            connection.execute(insert(schema.store).values(version=schema.VERSION))
+            connection.execute(
+                insert(schema.store).values(version=schema.VERSION, identity=str(uuid.uuid4()))
+            )
             return
         version = connection.execute(select(schema.store.c.version)).scalar_one_or_none()
         if version is None or version > schema.VERSION:

@@ -94,8 +94,12 @@ class Recorder:
         take = self._take
         if take is not None and take.buffer:
             rows, take.buffer = take.buffer, []
-            take.unwritten.extend(rows)
-            self._submit(lambda: self._write(take))
+
+            def write() -> None:
+                take.unwritten.extend(rows)
+                self._write(take)
+
+            self._submit(write)
 
     def end(self, outcome: str | None, now: float) -> None:
         """End the running take, if any; `outcome` None where it was broken off."""
@@ -119,7 +123,12 @@ class Recorder:
         if take is None:
             return False
         self._thrown = take
-        self._submit(lambda: take.id is not None and self._store.trash_take(take.id, now))
+
+        def trash() -> None:
+            if take.id is not None:
+                self._store.trash_take(take.id, now)
+
+        self._submit(trash)
         return True
 
     def undo(self) -> bool:
@@ -128,7 +137,12 @@ class Recorder:
         if take is None:
             return False
         self._last = take
-        self._submit(lambda: take.id is not None and self._store.restore_take(take.id))
+
+        def restore() -> None:
+            if take.id is not None:
+                self._store.restore_take(take.id)
+
+        self._submit(restore)
         return True
 
     def settle(self, then: Callable[[], None]) -> None:

@@ -25,7 +25,9 @@ store = Table(
     "evastudio_store",
     metadata,
     Column("version", Integer, nullable=False),
+    Column("identity", String(40), nullable=False),
 )
+"""One row. `identity` tells this store from every other, so that a policy knows its own."""
 
 sessions = Table(
     "sessions",

@@ -34,6 +34,8 @@ class Store:
         """Open or make the store at the SQLAlchemy URL `url`. Raises StorageError."""
         self.url = url
         self._engine = open_engine(url)
+        with self._engine.connect() as connection:
+            self.identity: str = connection.execute(select(schema.store.c.identity)).scalar_one()
 
     def close(self) -> None:
         self._engine.dispose()

@@ -1,0 +1,27 @@
+"""Replaying a take: its seed, scene version and actions give its snapshots again."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evastudio.demonstrations.records import TakeData, TakeRecord
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import Snapshot, stack
+
+
+def replay_take(scene: Scene, take: TakeRecord, data: TakeData) -> Snapshot:
+    """The moments of `take` stepped anew, along the worlds axis as in `data.snapshots`.
+
+    `scene` must be of the take's version and options.
+    """
+    moment = scene.worlds([take.seed])
+    moments = [moment]
+    for action in data.actions[:-1]:
+        moment = scene.step(moment, action[None, :])
+        moments.append(moment)
+    moving = stack([Snapshot({}, moment.moving) for moment in moments]).moving
+    fixed = {
+        name: np.broadcast_to(array, (len(moments), *array.shape[1:]))
+        for name, array in moment.fixed.items()
+    }
+    return Snapshot(fixed, moving)

@@ -1,0 +1,289 @@
+"""What the page's buttons do, as functions: record, clean, fit, evaluate.
+
+The command line, the jobs behind the page and `import evastudio` all call these.
+"""
+
+from __future__ import annotations
+
+import shlex
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
+from numpy.typing import NDArray
+
+from evastudio.demonstrations.pairs import Pairs, join_pairs, perceive_take
+from evastudio.demonstrations.recorder import Recorder
+from evastudio.demonstrations.records import SessionRecord
+from evastudio.demonstrations.store import Store
+from evastudio.errors import InvalidInputError, StorageError
+from evastudio.learning.catalog import (
+    SUFFIX,
+    checked_policy_name,
+    find_policy_file,
+    policy_name_from,
+)
+from evastudio.learning.cleaning import N_NEIGHBORS, THRESHOLD, Progress, clean_pairs, silent
+from evastudio.learning.fitting import DEFAULT_LEARNER, fit_policy
+from evastudio.learning.policy_files import load_policy, save_policy
+from evastudio.pilots.policy import PolicyPilot
+from evastudio.pilots.scripted import find_pilot
+from evastudio.workspace import Workspace
+from evastudio.world.loading import find_scene, find_scenes
+from evastudio.world.rollout import Pilot, roll_out
+from evastudio.world.scene import Scene, world_seeds
+from evastudio.world.snapshot import Snapshot
+from evastudio.world.spaces import Array
+
+MAX_MINUTES = 10_000.0
+
+
+def scenes(workspace: Workspace) -> list[type[Scene]]:
+    """Every scene at hand."""
+    return list(find_scenes(workspace.scene_folders).values())
+
+
+def make_scene(
+    workspace: Workspace, name: str, options: Mapping[str, float] | None = None
+) -> Scene:
+    """A scene by name, with `options`. Raises NotFoundError and InvalidInputError."""
+    return find_scene(name, workspace.scene_folders)(**(options or {}))
+
+
+def record(
+    workspace: Workspace,
+    scene: str,
+    pilot: str = "scripted:careful",
+    minutes: float = 8.0,
+    seed: int = 0,
+    *,
+    options: Mapping[str, float] | None = None,
+    session: str | None = None,
+    clock: Callable[[], float] = time.time,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Let a scripted pilot demonstrate for `minutes` into a new session.
+
+    World i has the i-th seed that follows from `seed`; the last take is cut when the time is up.
+    """
+    if not 0.0 < minutes <= MAX_MINUTES:
+        raise InvalidInputError(
+            f"The time is {minutes} minutes; it must be more than 0 and at most {MAX_MINUTES:g}."
+        )
+    place = make_scene(workspace, scene, options)
+    actor = find_pilot(pilot)
+    left = round(minutes * 60.0 / place.dt_s)
+    total = left
+    outcomes: Counter[str] = Counter()
+    takes = 0
+    perception = place.perception()
+    with Store(workspace.ready().store_url) as store:
+        number = store.create_session(place, session or f"{pilot} {seed}", pilot, clock())
+        recorder = Recorder(store, number)
+
+        def watch(_: NDArray[np.int64], snapshot: Snapshot, actions: Array) -> None:
+            recorder.add(perception.perceive(snapshot).states, actions, snapshot)
+
+        while left > 0:
+            world = world_seeds(seed, takes + 1)[-1]
+            recorder.begin(place, place.worlds([world]), world, pilot, clock())
+            result = roll_out(place, actor, [world], max_steps=left, watcher=watch)
+            outcome = place.outcomes[int(result.outcomes[0])]
+            cut = outcome == place.outcomes[0]
+            recorder.end(None if cut else outcome, clock())
+            outcomes["cut" if cut else outcome] += 1
+            takes += 1
+            left -= int(result.steps[0])
+            progress(1.0 - left / total, f"{takes} takes")
+        recorder.close(clock())
+        if recorder.problem is not None:
+            raise StorageError(recorder.problem)
+        made = store.session(number)
+    return {
+        "session": made.id,
+        "name": made.name,
+        "scene": made.scene,
+        "takes": made.takes_kept,
+        "pairs": made.pairs,
+        "seconds": made.seconds,
+        "outcomes": dict(outcomes),
+    }
+
+
+def sessions(workspace: Workspace, scene: str | None = None) -> list[dict[str, Any]]:
+    """The sessions of the store, newest first."""
+    with Store(workspace.ready().store_url) as store:
+        return [asdict(session) for session in store.sessions(scene)]
+
+
+def session_pairs(
+    workspace: Workspace, store: Store, session: SessionRecord, perception: str | None
+) -> tuple[Scene, Pairs]:
+    """The pairs of a session's kept takes, as `perception` gives them, and their scene."""
+    kind = find_scene(session.scene, workspace.scene_folders)
+    scene = kind()
+    parts = []
+    for take in store.takes(session.id):
+        if take.pairs:
+            scene = kind(**take.options)
+            data = store.load_take(take.id)
+            view = scene.perception(perception)
+            parts.append(perceive_take(view, data.snapshots, data.actions, take.id))
+    if not parts:
+        scene.perception(perception)
+        raise InvalidInputError(
+            f"Session {session.name!r} has no pairs: no take is kept. Record a take first."
+        )
+    return scene, join_pairs(parts)
+
+
+def clean(
+    workspace: Workspace,
+    session: int | str,
+    *,
+    perception: str | None = None,
+    n_neighbors: int = N_NEIGHBORS,
+    threshold: float | str = THRESHOLD,
+    clock: Callable[[], float] = time.time,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Mark the conflicts among the kept pairs of a session; fitting leaves them out."""
+    with Store(workspace.ready().store_url) as store:
+        chosen = store.session(session)
+        progress(0.0, "Reading the takes")
+        scene, pairs = session_pairs(workspace, store, chosen, perception)
+        found = clean_pairs(
+            pairs,
+            scene,
+            n_neighbors=n_neighbors,
+            threshold=threshold,
+            progress=lambda share, doing: progress(0.3 + 0.6 * share, doing),
+        )
+        report = {"perception": scene.perception(perception).name, **found.report()}
+        marks = {int(take): found.conflicts[pairs.takes == take] for take in np.unique(pairs.takes)}
+        store.save_cleaning(chosen.id, report, marks, clock())
+    progress(1.0, "Cleaned")
+    return {"session": chosen.id, "removed": report["conflicts"], **report}
+
+
+def fit(
+    workspace: Workspace,
+    session: int | str,
+    *,
+    learner: str = DEFAULT_LEARNER,
+    perception: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+    out: str | Path | None = None,
+    name: str | None = None,
+    made_by: str | None = None,
+    clock: Callable[[], float] = time.time,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Fit a policy to the kept pairs of a session, without those a cleaning marked.
+
+    It is written to the file `out`, or as `name` into the workspace's policies.
+    """
+    with Store(workspace.ready().store_url) as store:
+        chosen = store.session(session)
+        progress(0.0, "Reading the takes")
+        scene, pairs = session_pairs(workspace, store, chosen, perception)
+        marks = store.marks(chosen.id)
+        identity = store.identity
+    keep = np.ones(len(pairs), dtype=bool)
+    for take, mask in marks.items():
+        rows = np.flatnonzero(pairs.takes == take)[: len(mask)]
+        keep[rows] = ~mask[: len(rows)]
+    if name is None:
+        name = policy_name_from(f"{chosen.name} {learner}")
+    path = (
+        Path(out) if out is not None else workspace.policies / (checked_policy_name(name) + SUFFIX)
+    )
+    policy = fit_policy(
+        pairs.keep(keep),
+        scene,
+        perception,
+        learner,
+        settings,
+        session=chosen.id,
+        takes=[int(take) for take in np.unique(pairs.takes)],
+        made_by=made_by or shlex.join(["evastudio", "fit", str(chosen.id), "--learner", learner]),
+        created=datetime.fromtimestamp(clock(), UTC).isoformat(timespec="seconds"),
+        progress=lambda share, doing: progress(0.2 + 0.75 * share, doing),
+    )
+    cleaning = None if chosen.cleaning is None else dict(chosen.cleaning.settings)
+    policy = replace(
+        policy,
+        cleaning=cleaning,
+        extra={
+            "store": identity,
+            "session_name": chosen.name,
+            "pairs_before_cleaning": len(pairs),
+            "cleaning_id": None if chosen.cleaning is None else chosen.cleaning.id,
+        },
+    )
+    save_policy(policy, path)
+    progress(1.0, "Saved")
+    return {
+        "policy": path.name.removesuffix(SUFFIX),
+        "file": str(path),
+        "session": chosen.id,
+        "learner": learner,
+        "perception": policy.perception,
+        "pairs": policy.pairs,
+        "pairs_before_cleaning": len(pairs),
+        "settings": policy.settings,
+        "bytes": path.stat().st_size,
+    }
+
+
+def load_pilot(workspace: Workspace, reference: str, scene: Scene) -> Pilot:
+    """A pilot by name: a policy's name or file, `scripted:...`, or `straight`.
+
+    Raises NotFoundError, StorageError for a damaged policy, ConflictError for one of another
+    scene.
+    """
+    if reference.startswith("scripted:") or reference == "straight":
+        return find_pilot(reference)
+    path = find_policy_file(reference, workspace.policy_folders)
+    pilot = PolicyPilot(load_policy(path), path.name.removesuffix(SUFFIX))
+    pilot.check(scene)
+    return pilot
+
+
+def evaluate(
+    workspace: Workspace,
+    policies: Sequence[str],
+    *,
+    scene: str | None = None,
+    worlds: int = 100,
+    seed: int = 0,
+    options: Mapping[str, float] | None = None,
+    jobs: int = 1,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Fly every policy (or scripted pilot) through the same `worlds` new worlds.
+
+    The scene is the first policy's unless it is given.
+    """
+    if not policies:
+        raise InvalidInputError("No policy was given; name at least one to evaluate.")
+    if scene is None:
+        files = [
+            name for name in policies if not name.startswith("scripted:") and name != "straight"
+        ]
+        if files:
+            first = load_policy(find_policy_file(files[0], workspace.policy_folders))
+            scene = first.scene_name
+        else:
+            scene = "asteroids"
+    place = make_scene(workspace, scene, options)
+    pilots = {name: load_pilot(workspace, name, place) for name in policies}
+    return evaluate_pilots(
+        place, pilots, worlds=worlds, seed=seed, n_jobs=jobs, progress=progress
+    ).to_json()

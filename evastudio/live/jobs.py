@@ -1,0 +1,190 @@
+"""Jobs: work in a process of its own, with progress and cancel, so that no stage stutters."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import logging
+import multiprocessing
+import os
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from enum import StrEnum
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from evastudio.errors import ConflictError, NotFoundError, StudioError
+
+logger = logging.getLogger(__name__)
+
+Work = Callable[..., dict[str, Any]]
+"""A module-level function that takes `progress` beside its own arguments."""
+
+MAX_WAITING = 20
+KEPT = 200
+"""Finished jobs are remembered up to this many."""
+
+
+class JobState(StrEnum):
+    QUEUED = "queued"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+ENDED = (JobState.DONE, JobState.FAILED, JobState.CANCELLED)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A job as it stands."""
+
+    id: int
+    kind: str
+    session: int | None
+    state: JobState = JobState.QUEUED
+    progress: float = 0.0
+    """0 to 1."""
+    message: str = "Waiting"
+    result: Mapping[str, Any] | None = None
+    error: str | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        return asdict(self)
+
+
+class Jobs:
+    """Runs jobs one after another, each in a fresh worker process."""
+
+    def __init__(self, on_change: Callable[[Job], None] = lambda job: None) -> None:
+        """`on_change` is called, from threads of this object, with every job that changed."""
+        self._on_change = on_change
+        self._lock = threading.Lock()
+        self._jobs: dict[int, Job] = {}
+        self._workers: dict[int, BaseProcess] = {}
+        self._numbers = itertools.count(1)
+        self._runner = ThreadPoolExecutor(max_workers=1, thread_name_prefix="jobs")
+
+    def submit(self, kind: str, work: Work, session: int | None = None, **arguments: Any) -> Job:
+        """Queue `work(progress=..., **arguments)`. Raises ConflictError where too many wait."""
+        with self._lock:
+            waiting = sum(job.state is JobState.QUEUED for job in self._jobs.values())
+            if waiting >= MAX_WAITING:
+                raise ConflictError(
+                    f"{waiting} jobs wait already; wait for one to end or cancel one."
+                )
+            ended = [number for number, job in self._jobs.items() if job.state in ENDED]
+            for number in ended[: max(0, len(ended) - KEPT)]:
+                del self._jobs[number]
+            job = Job(next(self._numbers), kind, session)
+            self._jobs[job.id] = job
+        self._on_change(job)
+        self._runner.submit(self._run, job.id, work, arguments)
+        return job
+
+    def get(self, number: int) -> Job:
+        """Raises NotFoundError."""
+        with self._lock:
+            job = self._jobs.get(number)
+        if job is None:
+            raise NotFoundError(f"There is no job {number}; jobs are forgotten at a restart.")
+        return job
+
+    def all(self) -> list[Job]:
+        """Every job remembered, newest first."""
+        with self._lock:
+            return sorted(self._jobs.values(), key=lambda job: -job.id)
+
+    def cancel(self, number: int) -> Job:
+        """End a job that waits or runs; one that has ended stays as it is."""
+        job = self.get(number)
+        if job.state not in ENDED:
+            job = self._change(number, state=JobState.CANCELLED, message="Cancelled")
+            with self._lock:
+                worker = self._workers.get(number)
+            if worker is not None:
+                worker.kill()
+        return job
+
+    def close(self) -> None:
+        """Cancel everything and wait for the workers to be gone."""
+        for job in self.all():
+            self.cancel(job.id)
+        self._runner.shutdown(wait=True)
+
+    def _change(self, number: int, **values: Any) -> Job:
+        """Change a job unless it has ended; the job as it then is."""
+        with self._lock:
+            job = self._jobs[number]
+            if job.state in ENDED:
+                return job
+            job = self._jobs[number] = replace(job, **values)
+        self._on_change(job)
+        return job
+
+    def _run(self, number: int, work: Work, arguments: dict[str, Any]) -> None:
+        if self.get(number).state in ENDED:
+            return
+        context = multiprocessing.get_context("spawn")
+        ours, theirs = context.Pipe(duplex=False)
+        worker = context.Process(target=_work, args=(theirs, work, arguments), daemon=True)
+        worker.start()
+        theirs.close()
+        with self._lock:
+            self._workers[number] = worker
+        if self._change(number, state=JobState.RUNNING, message="Starting").state in ENDED:
+            worker.kill()
+        try:
+            self._listen(number, ours)
+        finally:
+            ours.close()
+            worker.join()
+            with self._lock:
+                del self._workers[number]
+        self._change(
+            number,
+            state=JobState.FAILED,
+            message="Failed",
+            error="The work ended unexpectedly, nothing was changed by it. Run it again.",
+        )
+
+    def _listen(self, number: int, ours: Connection) -> None:
+        """Follow a worker until it has told its result or is gone."""
+        with contextlib.suppress(EOFError, OSError):
+            while True:
+                told, value = ours.recv()
+                if told == "progress":
+                    self._change(number, progress=value[0], message=value[1])
+                elif told == "result":
+                    self._change(
+                        number,
+                        state=JobState.DONE,
+                        progress=1.0,
+                        message="Done",
+                        result=value,
+                    )
+                else:
+                    self._change(number, state=JobState.FAILED, message="Failed", error=value)
+
+
+def _work(pipe: Connection, work: Work, arguments: dict[str, Any]) -> None:
+    """In the worker: run, tell progress, tell the result or why there is none."""
+    os.nice(10)
+
+    def progress(share: float, doing: str) -> None:
+        pipe.send(("progress", (float(min(max(share, 0.0), 1.0)), doing)))
+
+    try:
+        result = work(progress=progress, **arguments)
+    except StudioError as error:
+        pipe.send(("error", str(error)))
+    except Exception:
+        logger.exception("A job failed")
+        pipe.send(("error", "This did not work, for a reason that the server's log tells."))
+    else:
+        pipe.send(("result", result))
+    pipe.close()

@@ -1,0 +1,266 @@
+"""A stage: one live world with its clock, its pilot and its recorder, watched or not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from evastudio.demonstrations.recorder import Recorder
+from evastudio.errors import ConflictError
+from evastudio.live.inputs import HeldKeys
+from evastudio.world.rollout import Memory, Pilot
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import Snapshot
+
+COUNTDOWN_S = 3.0
+LATE_SHARE = 0.5
+"""A step that begins more than this share of a step after its time is late."""
+STALL_S = 1.0
+"""After a longer standstill (a laptop that slept) the clock is set on instead of caught up."""
+
+
+class Phase(StrEnum):
+    READY = "ready"
+    COUNTDOWN = "countdown"
+    RECORDING = "recording"
+    PAUSED = "paused"
+    PLAYING = "playing"
+    ENDED = "ended"
+
+
+class Mode(StrEnum):
+    DEMONSTRATE = "demonstrate"
+    PLAY = "play"
+
+
+@dataclass(frozen=True)
+class Status:
+    """What a person needs to know of a stage."""
+
+    phase: Phase
+    mode: Mode | None
+    countdown_s: float
+    pairs: int
+    """Pairs of the running or the last take."""
+    seconds: float
+    """Time in this world."""
+    progress: float
+    outcome: str | None
+    success: bool | None
+    can_undo: bool
+    late_steps: int
+    steps: int
+    drift_s: float
+    """How far the latest step began after its time."""
+    pilot: str | None
+    seed: int
+    options: Mapping[str, float]
+    problem: str | None
+    """Why saving does not work at the moment, or None."""
+
+
+Frame = Callable[[Snapshot, bool], None]
+"""Called with the snapshot to draw and whether its world is a new one."""
+
+
+class Stage:
+    """The state machine of a live world.
+
+    It owns no thread and reads no clock: whoever drives it calls `advance(now)` at the time
+    `advance` asked for, and calls everything else from that same thread. `now` is seconds of a
+    monotonic clock, `wall` seconds since the epoch.
+    """
+
+    def __init__(self, scene: Scene, seed: int, now: float) -> None:
+        self.scene = scene
+        self.recorder: Recorder | None = None
+        self.on_frame: list[Frame] = []
+        self.phase = Phase.READY
+        self.mode: Mode | None = None
+        self.late_steps = 0
+        self.steps = 0
+        self.drift_s = 0.0
+        self.seed = seed
+        self._pilot: Pilot | None = None
+        self._memory: Memory = {}
+        self._set_scene(scene)
+        self._enter(seed)
+        self._next_step = now
+        self._next_frame = now
+        self._countdown_ends = now
+        self._before_pause = Phase.READY
+        self._paused_at = now
+
+    # -- commands ------------------------------------------------------------------------------
+
+    def demonstrate(self, scene: Scene, seed: int, now: float, wall: float) -> None:
+        """A new world, a countdown, then every step is recorded. A running take is kept."""
+        if self.recorder is None:
+            raise ConflictError("There is no session to record into. Choose or make one first.")
+        self.end_take(wall)
+        self._set_scene(scene)
+        self._enter(seed)
+        self.mode, self.phase = Mode.DEMONSTRATE, Phase.COUNTDOWN
+        self._countdown_ends = now + COUNTDOWN_S
+
+    def play(self, scene: Scene, pilot: Pilot, seed: int, now: float, wall: float) -> None:
+        """`pilot` acts alone in a new world; nothing is recorded."""
+        memory = pilot.begin(scene, [seed])
+        pilot.act(scene, scene.worlds([seed]), memory)  # refuses what does not fit before we leave
+        self.end_take(wall)
+        self._set_scene(scene)
+        self._enter(seed)
+        self._pilot, self._memory = pilot, memory
+        self.mode, self.phase = Mode.PLAY, Phase.PLAYING
+        self._start_clock(now)
+
+    def pause(self, now: float) -> None:
+        """Hold still: during a countdown, a recording or playback."""
+        if self.phase in (Phase.COUNTDOWN, Phase.RECORDING, Phase.PLAYING):
+            self._before_pause, self.phase, self._paused_at = self.phase, Phase.PAUSED, now
+            self.keys.center()
+            if self.recorder is not None:
+                self.recorder.flush()
+
+    def resume(self, now: float) -> None:
+        """Go on after a pause, without a jump."""
+        if self.phase is Phase.PAUSED:
+            self.phase = self._before_pause
+            self._countdown_ends += now - self._paused_at
+            self._start_clock(now)
+
+    def discard(self, wall: float) -> bool:
+        """Throw away the running take, or the last one; whether there was one."""
+        thrown = self.recorder is not None and self.recorder.discard(wall)
+        if self.mode is Mode.DEMONSTRATE:
+            self._rest()
+        return thrown
+
+    def undo(self) -> bool:
+        """Bring the take back that was thrown away last; whether there was one."""
+        return self.recorder is not None and self.recorder.undo()
+
+    def stop(self, wall: float) -> None:
+        """Back to ready. A running take is kept as it is."""
+        self.end_take(wall)
+        self._rest()
+
+    def end_take(self, wall: float) -> None:
+        """End the running take, if any, as one that was broken off."""
+        if self.recorder is not None:
+            self.recorder.end(None, wall)
+
+    # -- time ----------------------------------------------------------------------------------
+
+    def advance(self, now: float, wall: float) -> float:
+        """Do what is due at `now`; the time at which to call again."""
+        if self.phase is Phase.COUNTDOWN and now >= self._countdown_ends:
+            self._begin_take(wall)
+            self.phase = Phase.RECORDING
+            self._start_clock(self._countdown_ends)
+        if now - self._next_step > STALL_S and self._running:
+            self.late_steps += int((now - self._next_step) / self.scene.dt_s)
+            self._start_clock(now)
+        while self._running and now >= self._next_step:
+            self.drift_s = now - self._next_step
+            self.steps += 1
+            self.late_steps += self.drift_s > LATE_SHARE * self.scene.dt_s
+            self._step(wall)
+            self._next_step += self.scene.dt_s
+        if now >= self._next_frame:
+            self._draw(now)
+            self._next_frame += 1.0 / self.scene.render_hz
+            if self._next_frame <= now:
+                self._next_frame = now + 1.0 / self.scene.render_hz
+        return min(self._next_frame, self._next_step if self._running else self._next_frame)
+
+    def status(self, now: float) -> Status:
+        counting = self.phase is Phase.COUNTDOWN
+        code = int(self.scene.outcome(self._after)[0])
+        outcome = self.scene.outcomes[code] if code else None
+        return Status(
+            phase=self.phase,
+            mode=self.mode,
+            countdown_s=max(0.0, self._countdown_ends - now) if counting else 0.0,
+            pairs=self.recorder.pairs if self.recorder is not None else 0,
+            seconds=self._steps_here * self.scene.dt_s,
+            progress=float(self.scene.progress(self._after)[0]),
+            outcome=outcome,
+            success=None if outcome is None else outcome in self.scene.successes,
+            can_undo=self.recorder is not None and self.recorder.can_undo,
+            late_steps=self.late_steps,
+            steps=self.steps,
+            drift_s=self.drift_s,
+            pilot=None if self._pilot is None else self._pilot.name,
+            seed=self.seed,
+            options=dict(self.scene.values),
+            problem=None if self.recorder is None else self.recorder.problem,
+        )
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The world after the latest decision."""
+        return self._after
+
+    # -- inside --------------------------------------------------------------------------------
+
+    @property
+    def _running(self) -> bool:
+        return self.phase in (Phase.RECORDING, Phase.PLAYING)
+
+    def _set_scene(self, scene: Scene) -> None:
+        self.scene = scene
+        self.keys = HeldKeys(scene.controls, scene.action, scene.dt_s)
+
+    def _enter(self, seed: int) -> None:
+        self.seed = seed
+        self._before = self._after = self.scene.worlds([seed])
+        self._fresh = True
+        self._steps_here = 0
+        self._pilot, self._memory = None, {}
+
+    def _rest(self) -> None:
+        self.phase, self.mode = Phase.READY, None
+        self._enter(self.seed)
+        self.keys.center()
+
+    def _start_clock(self, now: float) -> None:
+        """The next decision falls one step from `now`: a step acts on the time before it."""
+        self._next_step = now + self.scene.dt_s
+        self._before = self._after
+
+    def _begin_take(self, wall: float) -> None:
+        if self.recorder is not None:
+            self.recorder.begin(self.scene, self._after, self.seed, "person", wall)
+
+    def _step(self, wall: float) -> None:
+        at = self._next_step
+        if self._pilot is not None:
+            actions, self._memory = self._pilot.act(self.scene, self._after, self._memory)
+        else:
+            actions = self.keys.read(at - self.scene.dt_s, at)
+        actions = self.scene.action.clip(actions)
+        if self.phase is Phase.RECORDING and self.recorder is not None:
+            states = self.scene.perception().perceive(self._after).states
+            self.recorder.add(states, actions, self._after)
+        self._before, self._after = self._after, self.scene.step(self._after, actions)
+        self._steps_here += 1
+        code = int(self.scene.outcome(self._after)[0])
+        if code:
+            if self.recorder is not None:
+                self.recorder.end(self.scene.outcomes[code], wall)
+            self.phase = Phase.ENDED
+            self.keys.center()
+
+    def _draw(self, now: float) -> None:
+        if not self.on_frame:
+            return
+        snapshot = self._after
+        if self._running:
+            share = 1.0 - (self._next_step - now) / self.scene.dt_s
+            share = min(max(share, 0.0), 1.0)
+            snapshot = self.scene.interpolate(self._before, self._after, share)
+        for show in self.on_frame:
+            show(snapshot, self._fresh)
+        self._fresh = False
