@@ -8,13 +8,16 @@ Any scene with an `intention` can be driven by them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from evastudio.errors import not_found
 from evastudio.pilots.chance import normals, uniforms
-from evastudio.pilots.traits import Traits
+from evastudio.pilots.straight import StraightPilot
+from evastudio.pilots.traits import STYLES, Traits
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
@@ -149,3 +152,25 @@ def _where(mask: NDArray[np.bool_], yes: Snapshot, no: Snapshot) -> Snapshot:
         wide = mask.reshape(-1, *(1 for _ in array.shape[1:]))
         moving[name] = np.where(wide, array, no.moving[name])
     return Snapshot(no.fixed, moving)
+
+
+def pilot_names() -> list[str]:
+    """Every name that `find_pilot` answers to."""
+    return [StraightPilot.name, *(f"scripted:{style}" for style in STYLES)]
+
+
+def find_pilot(name: str, **traits: Any) -> Pilot:
+    """The pilot of that name, with `traits` (fields of `Traits`) changed where it is scripted.
+
+    Raises NotFoundError for an unknown pilot or trait, InvalidInputError for a bad value.
+    """
+    if name not in pilot_names():
+        raise not_found("pilot", name, pilot_names())
+    known = [] if name == StraightPilot.name else [field.name for field in fields(Traits)]
+    for trait in traits:
+        if trait not in known:
+            raise not_found(f"trait of pilot {name!r}", trait, known)
+    if name == StraightPilot.name:
+        return StraightPilot()
+    style = STYLES[name.removeprefix("scripted:")]
+    return ScriptedPilot(replace(style, **traits), name)
