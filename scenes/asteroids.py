@@ -5,8 +5,9 @@ radians; x leads through the field, y to the left, z up.
 
 | state of a world | shape      | meaning                                                      |
 |------------------|------------|--------------------------------------------------------------|
-| rocks            | (N, 3)     | centres of the asteroids, sorted by x; fixed                 |
-| slabs            | (S,)       | number of rocks before each 5 m of x; fixed                  |
+| rocks            | (N, 3)     | centres of the asteroids, sorted cell by cell; fixed         |
+| cells            | (C + 1,)   | number of rocks before each cell of the x-y plane; fixed     |
+| half             | ()         | the rocks lie this far to the left and right at most; fixed  |
 | position         | (3,)       | centre of the ship                                           |
 | heading          | (2,)       | yaw theta and pitch phi, each within 60 degrees of straight  |
 | turn             | (2,)       | the change of heading in the last step, for the look of it   |
@@ -19,6 +20,7 @@ taken 90 s.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 import trimesh
@@ -43,9 +45,11 @@ TURN = np.radians(6.0)
 HEADING = np.radians(60.0)
 """Largest yaw and pitch: the ship cannot turn back."""
 TIME_LIMIT_S = 90.0
-SLAB = 5.0
-SLABS = int(LENGTH / SLAB)
-SIGHT = 60.0
+SLABS = 45
+"""The field is cut into so many slabs along x, and each into ROWS along y, to find rocks fast."""
+ROWS = 32
+SLAB = LENGTH / SLABS
+SIGHT = 40.0
 """Rocks farther ahead are not perceived."""
 REACH = ROCK_RADIUS + SHIP_RADIUS
 FAR_AWAY = 1e6
@@ -87,10 +91,15 @@ class Asteroids(Scene):
     )
     action = Box((Field("theta", "rad", -TURN, TURN), Field("phi", "rad", -TURN, TURN)))
     look = Look(
-        background=(13, 16, 32),
-        fog_near=40.0,
-        fog_far=210.0,
-        sun_direction=(-0.4, 0.5, 0.75),
+        background=(34, 45, 82),
+        fog_near=20.0,
+        fog_far=165.0,
+        sun_direction=(-0.25, 0.8, 0.55),
+        sun=3.4,
+        sky=1.3,
+        sky_color=(120, 150, 230),
+        ground_color=(96, 52, 74),
+        sun_color=(255, 226, 190),
     )
 
     def __init__(self, **values: float) -> None:
@@ -102,12 +111,15 @@ class Asteroids(Scene):
         half = self.values["half_width"] + MARGIN
         count = max(1, round(self.values["density"] * (2 * half) ** 2 / (np.pi * REACH**2)))
         rocks = rng.uniform((CLEAR, -half, -half), (LENGTH, half, half), (worlds, count, 3))
-        rocks = np.take_along_axis(rocks, np.argsort(rocks[:, :, :1], axis=1), axis=1)
-        edges = np.arange(SLABS + 1) * SLAB
-        slabs = np.stack([np.searchsorted(world[:, 0], edges) for world in rocks])
-        slabs[:, -1] = count
+        slab = np.clip(np.floor(rocks[:, :, 0] / SLAB), 0, SLABS - 1)
+        row = np.clip(np.floor((rocks[:, :, 1] / half + 1.0) * (ROWS / 2)), 0, ROWS - 1)
+        cell = (slab * ROWS + row).astype(np.int64)
+        order = np.argsort(cell, axis=1, kind="stable")
+        rocks = np.take_along_axis(rocks, order[:, :, None], axis=1)
+        edges = np.arange(SLABS * ROWS + 1)
+        cells = np.stack([np.searchsorted(np.sort(world), edges) for world in cell])
         return Snapshot(
-            {"rocks": rocks, "slabs": slabs.astype(np.int64)},
+            {"rocks": rocks, "cells": cells.astype(np.int64), "half": np.full(worlds, half)},
             {
                 "position": np.zeros((worlds, 3)),
                 "heading": np.zeros((worlds, 2)),
@@ -128,8 +140,9 @@ class Asteroids(Scene):
 
     def outcome(self, snapshot: Snapshot) -> NDArray[np.int64]:
         position = snapshot["position"]
-        near, present = rocks_between(snapshot, -REACH, REACH)
-        hit = (present & ((near**2).sum(axis=2) < REACH**2)).any(axis=1)
+        reach = np.full((len(position), 3), REACH)
+        x, y, z, present = rocks_within(snapshot, -reach, reach)
+        hit = (present & (x**2 + y**2 + z**2 < REACH**2)).any(axis=1)
         left = (np.abs(position[:, 1:]) > self.values["half_width"]).any(axis=1)
         late = snapshot["steps"] * self.dt_s >= TIME_LIMIT_S
         crossed = position[:, 0] >= LENGTH
@@ -167,36 +180,31 @@ class Asteroids(Scene):
     # -- what it looks like --------------------------------------------------------------------
 
     def meshes(self) -> Mapping[str, Mesh]:
-        return {**rock_meshes(), **ship_meshes()}
+        return {**rock_meshes(), **ship_meshes(), "mote": mote_mesh()}
 
     def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
         rocks = snapshot["rocks"][0]
-        spin = np.random.default_rng(len(rocks)).uniform(-np.pi, np.pi, (len(rocks), 3))
-        wxyzs = quaternions_from_euler(spin[:, 0], spin[:, 1], spin[:, 2])
+        wxyzs, scales = tumbled(len(rocks))
+        kinds = len(ROCKS)
         bodies = [
-            Body(
-                name,
-                name,
-                rocks[kind :: len(ROCKS)],
-                wxyzs[kind :: len(ROCKS)],
-                np.full(len(rocks[kind :: len(ROCKS)]), ROCK_RADIUS),
-                fixed=True,
-            )
+            Body(name, name, rocks[kind::kinds], wxyzs[kind::kinds], scales[kind::kinds], True)
             for kind, name in enumerate(ROCKS)
         ]
         theta, phi = snapshot["heading"][0]
+        ship = snapshot["position"][:1]
         bank = -snapshot["turn"][0, 0] / TURN * np.radians(35.0)
         pose = quaternions_from_euler(np.array([bank]), np.array([-phi]), np.array([theta]))
-        ship = snapshot["position"][:1]
-        return [*bodies, *(Body(name, name, ship, pose, np.ones(1)) for name in SHIP)]
+        flicker = 1.0 + 0.08 * np.sin(ship[:, 0] * 7.0) + 0.06 * np.sin(ship[:, 0] * 17.0)
+        parts = [Body(name, name, ship, pose, np.ones(1)) for name in SHIP]
+        flames = [Body(name, name, ship, pose, flicker) for name in FLAMES]
+        return [*bodies, dust(self.values["half_width"]), *parts, *flames]
 
     def camera(self, snapshot: Snapshot) -> Camera:
-        heading = snapshot["heading"][:1] * 0.8
-        forward = directions(heading)[0]
+        forward = directions(snapshot["heading"][:1] * 0.8)[0]
         ship = snapshot["position"][0]
         return Camera(
-            position=ship - forward * 13.0 + np.array([0.0, 0.0, 3.6]),
-            look_at=ship + forward * 14.0,
+            position=ship - forward * 10.0 + np.array([0.0, 0.0, 3.2]),
+            look_at=ship + forward * 20.0 + np.array([0.0, 0.0, 1.2]),
             up=np.array([0.0, 0.0, 1.0]),
         )
 
@@ -222,13 +230,23 @@ class PaperState(Perception):
     )
 
     def perceive(self, snapshot: Snapshot) -> Percept:
-        # The two nearest within sight are the two nearest of all, unless fewer are in sight.
-        near, present = rocks_between(snapshot, -SIGHT, SIGHT)
-        square = np.where(present, (near**2).sum(axis=2), np.inf)
-        index = smallest(square, 2)
-        found = np.take_along_axis(square, index, axis=1) < np.inf
-        separation = np.take_along_axis(-near, index[:, :, None], axis=1)
-        separation = np.where(found[:, :, None], separation, SIGHT)
+        nearest = np.full((snapshot.worlds, 2, 3), -SIGHT)
+        left = np.arange(snapshot.worlds)
+        for radius in (16.0, 48.0, 2 * LENGTH):
+            part = snapshot.take(left)
+            reach = np.full((len(left), 3), radius)
+            x, y, z, present = rocks_within(part, -reach, reach)
+            square = np.where(present, x**2 + y**2 + z**2, np.inf)
+            index = smallest(square, 2)
+            near = np.stack([np.take_along_axis(axis, index, axis=1) for axis in (x, y, z)])
+            square = np.take_along_axis(square, index, axis=1)
+            square[index[:, 1] == index[:, 0], 1] = np.inf  # repeated: there is only one
+            exists = (square < np.inf)[:, :, None]
+            nearest[left] = np.where(exists, near.transpose(1, 2, 0), -SIGHT)
+            left = left[square[:, 1] > radius**2]
+            if len(left) == 0:
+                break
+        separation = -nearest
         states = np.concatenate(
             [snapshot["heading"], separation.reshape(len(separation), 6)], axis=1
         )
@@ -294,21 +312,40 @@ def turned(frames: AnyArray, vectors: Array) -> Array:
     return np.asarray((frames * vectors[:, None, :]).sum(axis=2))
 
 
-def rocks_between(snapshot: Snapshot, low: float, high: float) -> tuple[Array, NDArray[np.bool_]]:
-    """Rocks whose x lies between `low` and `high` of the ship's, and up to a slab more.
+def rocks_within(
+    snapshot: Snapshot, low: Array, high: Array
+) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
+    """Rocks that lie between `low` and `high` (worlds, 3) of the ship, and perhaps a few more.
 
-    Returns vectors from the ship, shape (worlds, K, 3), and which of the K are rocks at all.
+    Returns their x, y and z from the ship, each (worlds, K), and which of the K are rocks at all.
     """
-    rocks, slabs = snapshot["rocks"], snapshot["slabs"]
-    position = snapshot["position"]
-    world = np.arange(len(rocks))
-    first = np.clip(np.floor((position[:, 0] + low) / SLAB), 0, SLABS).astype(np.int64)
-    last = np.clip(np.ceil((position[:, 0] + high) / SLAB), 0, SLABS).astype(np.int64)
-    start, stop = slabs[world, first], slabs[world, last]
-    index = start[:, None] + np.arange(max(1, int((stop - start).max())))
-    present = index < stop[:, None]
-    index = np.minimum(index, rocks.shape[1] - 1)
-    return rocks[world[:, None], index] - position[:, None, :], present
+    cells, position, half = snapshot["cells"], snapshot["position"], snapshot["half"]
+    worlds, count, _ = snapshot["rocks"].shape
+    world = np.arange(worlds)[:, None]
+    first = np.floor((position[:, 0] + low[:, 0]) / SLAB).astype(np.int64)
+    last = np.floor((position[:, 0] + high[:, 0]) / SLAB).astype(np.int64)
+    slab = first[:, None] + np.arange(int((last - first).max()) + 1)
+    outside = (slab > last[:, None]) | (slab < 0) | (slab >= SLABS)
+    slab = np.clip(slab, 0, SLABS - 1)
+    wide = ROWS / (2 * half)
+    first = np.floor((position[:, 1] + low[:, 1] + half) * wide).astype(np.int64)
+    last = np.floor((position[:, 1] + high[:, 1] + half) * wide).astype(np.int64)
+    start = cells[world, slab * ROWS + np.clip(first, 0, ROWS)[:, None]]
+    stop = cells[world, slab * ROWS + np.clip(last + 1, 0, ROWS)[:, None]]
+    run = np.arange(max(1, int((stop - start).max())))
+    index = (start + world * count)[:, :, None] + run
+    candidate = (run < (stop - start)[:, :, None]) & ~outside[:, :, None]
+    # By height, most of them fall away before their other coordinates are fetched.
+    rocks = snapshot["rocks"].reshape(-1, 3)
+    height = snapshot["rocks"].reshape(-1).take(index * 3 + 2, mode="clip")
+    candidate &= height >= (position[:, 2] + low[:, 2])[:, None, None]
+    candidate &= height <= (position[:, 2] + high[:, 2])[:, None, None]
+    owner = np.nonzero(candidate)[0]
+    counts = np.bincount(owner, minlength=worlds)
+    slot = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    near = np.full((3, worlds, max(1, int(counts.max()))), FAR_AWAY)
+    near[:, owner, slot] = (rocks[index[candidate]] - position[owner]).T
+    return near[0], near[1], near[2], near[0] < FAR_AWAY
 
 
 def worst_threats(snapshot: Snapshot, count: int) -> tuple[Array, NDArray[np.bool_]]:
@@ -318,12 +355,15 @@ def worst_threats(snapshot: Snapshot, count: int) -> tuple[Array, NDArray[np.boo
     behind is one. Returns vectors in the ship's frame (forward, left, up), shape
     (worlds, count, 3), and which of them exist.
     """
-    near, present = rocks_between(snapshot, -SLAB, SIGHT)
     forward, left, up = ship_axes(snapshot["heading"])
+    # What can count lies within a blunt cone: a wide disc at the ship, a small one at its tip.
+    base, tip, far = SIGHT / 2.5 + ROCK_RADIUS + 1.0, ROCK_RADIUS, SIGHT + ROCK_RADIUS
+    flat = np.sqrt(np.maximum(1.0 - forward**2, 0.0))
+    low = np.minimum(-base * flat, far * forward - tip * flat)
+    high = np.maximum(base * flat, far * forward + tip * flat)
+    x, y, z, present = rocks_within(snapshot, low, high)
     ahead, aside, above = (
-        near[:, :, 0] * axis[:, None, 0]
-        + near[:, :, 1] * axis[:, None, 1]
-        + near[:, :, 2] * axis[:, None, 2]
+        x * axis[:, 0, None] + y * axis[:, 1, None] + z * axis[:, 2, None]
         for axis in (forward, left, up)
     )
     lateral = np.sqrt(aside**2 + above**2)
@@ -360,22 +400,55 @@ def ship_axes(heading: Array) -> tuple[Array, Array, Array]:
 
 # -- meshes ------------------------------------------------------------------------------------
 
-ROCKS: tuple[str, ...] = ("rock_a", "rock_b", "rock_c")
-SHIP: tuple[str, ...] = ("hull", "canopy", "wings", "flame")
+ROCKS: tuple[str, ...] = ("rock_a", "rock_b", "rock_c", "rock_d")
+SHIP: tuple[str, ...] = ("hull", "canopy", "trim", "engines")
+FLAMES: tuple[str, ...] = ("flame", "core")
+Ring = tuple[float, float, float, float, float]
+"""Of a hull: x, half width, half height, y and z of its centre."""
+Solid = tuple[Array, NDArray[np.int64]]
+"""Vertices (V, 3) and faces (F, 3)."""
+
+
+@lru_cache(maxsize=4)
+def tumbled(count: int) -> tuple[Array, Array]:
+    """How `count` rocks lie, and how large they are: quaternions (count, 4), scales (count,)."""
+    spin = np.random.default_rng(count).uniform(-np.pi, np.pi, (count, 3))
+    return quaternions_from_euler(*spin.T), np.full(count, ROCK_RADIUS)
+
+
+@lru_cache(maxsize=4)
+def dust(half: float) -> Body:
+    """Motes in the corridor's light, which show how fast the ship flies."""
+    rng = np.random.default_rng(7)
+    places = rng.uniform((-20.0, -half, -half), (LENGTH + 80.0, half, half), (6000, 3))
+    wxyzs = np.tile((1.0, 0.0, 0.0, 0.0), (len(places), 1))
+    return Body("dust", "mote", places, wxyzs, rng.uniform(0.02, 0.07, len(places)), fixed=True)
+
+
+def mote_mesh() -> Mesh:
+    """A grain that shines."""
+    corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], dtype=np.float64)
+    return Mesh(
+        corners, np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]), (168, 190, 235), glow=True
+    )
 
 
 def rock_meshes() -> dict[str, Mesh]:
-    """Three low, cratered boulders of radius 1, within the sphere that collides."""
-    colors: Sequence[tuple[int, int, int]] = ((132, 120, 112), (112, 106, 110), (146, 124, 104))
+    """Four chipped boulders of radius 1, within the sphere that collides."""
+    colors = ((122, 108, 98), (98, 94, 100), (138, 112, 92), (108, 100, 92))
     meshes: dict[str, Mesh] = {}
     for number, (name, color) in enumerate(zip(ROCKS, colors, strict=True)):
         rng = np.random.default_rng(number)
         ball = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
-        points = np.asarray(ball.vertices, dtype=np.float64)
-        bumps = rng.normal(size=(14, 3))
-        bumps /= np.linalg.norm(bumps, axis=1, keepdims=True)
-        dents = np.exp(-((1.0 - points @ bumps.T) / 0.12)) * rng.uniform(0.05, 0.3, 14)
-        radius = np.clip(1.04 - dents.sum(axis=1), 0.6, 1.0) * rng.uniform(0.96, 1.0, len(points))
+        points = np.asarray(ball.vertices, dtype=np.float64) + rng.normal(0, 0.05, (162, 3))
+        points /= np.linalg.norm(points, axis=1, keepdims=True)
+        cuts = rng.normal(size=(20, 3))
+        cuts /= np.linalg.norm(cuts, axis=1, keepdims=True)
+        depth = rng.uniform(0.8, 0.95, 20)
+        facing = np.maximum(points @ cuts.T, 1e-9)
+        radius = np.minimum((depth / facing).min(axis=1), 1.0)
+        craters = np.exp(-((1.0 - points @ cuts[:4].T) / 0.03)) * 0.09
+        radius *= (1.0 - craters.sum(axis=1)) * rng.uniform(0.97, 1.0, len(points))
         meshes[name] = Mesh(
             points * radius[:, None], np.asarray(ball.faces, dtype=np.int64), color, flat=True
         )
@@ -383,42 +456,83 @@ def rock_meshes() -> dict[str, Mesh]:
 
 
 def ship_meshes() -> dict[str, Mesh]:
-    """A small dart: hull, glass, wings and engine flame, about 3 m long."""
+    """A small racer, 3.4 m long: pale hull, glass, orange trim, two engines and their flames."""
+    body = [
+        (1.9, 0.03, 0.02, 0.0, -0.1),
+        (1.0, 0.22, 0.14, 0.0, -0.05),
+        (0.1, 0.36, 0.27, 0.0, 0.0),
+        (-0.9, 0.40, 0.28, 0.0, 0.02),
+        (-1.4, 0.26, 0.18, 0.0, 0.05),
+    ]
+    glass = [
+        (0.95, 0.04, 0.03, 0.0, 0.1),
+        (0.45, 0.17, 0.13, 0.0, 0.19),
+        (-0.1, 0.2, 0.16, 0.0, 0.24),
+        (-0.7, 0.08, 0.05, 0.0, 0.28),
+    ]
+    pod = [
+        (-0.2, 0.1, 0.1, 0.62, -0.1),
+        (-0.45, 0.2, 0.18, 0.62, -0.1),
+        (-1.3, 0.2, 0.18, 0.62, -0.1),
+        (-1.45, 0.15, 0.13, 0.62, -0.1),
+    ]
+    wing = [(0.5, 0.25, -0.1), (-1.1, 0.25, -0.1), (-1.25, 1.55, -0.3), (-0.75, 1.55, -0.3)]
+    tip = [(-0.35, 1.5, -0.31), (-1.5, 1.5, -0.31), (-1.5, 1.72, -0.34), (-0.8, 1.72, -0.34)]
+    fin = [(-0.5, 0.3, 0.1), (-1.3, 0.3, 0.1), (-1.65, 0.62, 0.75), (-1.3, 0.62, 0.75)]
 
-    def loft(rings: Sequence[tuple[float, float, float, float]], sides: int) -> trimesh.Trimesh:
-        """A closed hull through rings of (x, half width, half height, z)."""
-        angle = np.arange(sides) * 2 * np.pi / sides
-        points = [
-            (x, wide * np.cos(a), z + high * np.sin(a)) for x, wide, high, z in rings for a in angle
+    def jet(length: float, wide: float) -> Sequence[Ring]:
+        return [
+            (-1.44, wide, wide, 0.62, -0.1),
+            (-1.44 - 0.3 * length, 0.85 * wide, 0.85 * wide, 0.62, -0.1),
+            (-1.44 - length, 0.01, 0.01, 0.62, -0.1),
         ]
-        hull: trimesh.Trimesh = trimesh.convex.convex_hull(np.array(points))
-        return hull
 
-    def mesh(shape: trimesh.Trimesh, color: tuple[int, int, int], glow: bool = False) -> Mesh:
-        return Mesh(
-            np.asarray(shape.vertices, dtype=np.float64),
-            np.asarray(shape.faces, dtype=np.int64),
-            color,
-            flat=not glow,
-            glow=glow,
-        )
-
-    hull = loft([(1.9, 0.05, 0.04, -0.05), (0.4, 0.42, 0.3, 0.0), (-1.2, 0.5, 0.34, 0.0)], 8)
-    canopy = loft([(0.8, 0.08, 0.05, 0.2), (0.2, 0.24, 0.22, 0.25), (-0.5, 0.16, 0.12, 0.3)], 6)
-    wing = np.array([(0.3, 0.3, 0.0), (-1.3, 0.3, 0.0), (-1.5, 1.5, -0.15), (-1.0, 1.5, -0.15)])
-    thick = np.array([0.0, 0.0, 0.09])
-    sides = []
-    for side in (1.0, -1.0):
-        flat = wing * (1.0, side, 1.0)
-        sides.append(trimesh.convex.convex_hull(np.concatenate([flat, flat + thick])))
-    wings: trimesh.Trimesh = trimesh.util.concatenate(sides)
-    flame = loft([(-1.2, 0.26, 0.2, 0.0), (-1.8, 0.18, 0.14, 0.0), (-2.9, 0.02, 0.02, 0.0)], 8)
     return {
-        "hull": mesh(hull, (226, 230, 238)),
-        "canopy": mesh(canopy, (64, 180, 232)),
-        "wings": mesh(wings, (236, 98, 62)),
-        "flame": mesh(flame, (255, 190, 96), glow=True),
+        "hull": joined((214, 220, 230), loft(body, 8), *both(plate(wing, 0.1))),
+        "canopy": joined((24, 70, 110), loft(glass, 8)),
+        "trim": joined((244, 92, 40), *both(plate(tip, 0.14)), *both(plate(fin, 0.07))),
+        "engines": joined((96, 104, 120), *both(loft(pod, 10))),
+        "flame": joined((70, 150, 255), *both(loft(jet(1.1, 0.13), 8)), glow=True),
+        "core": joined((220, 244, 255), *both(loft(jet(0.5, 0.15), 8)), glow=True),
     }
+
+
+def loft(rings: Sequence[Ring], sides: int) -> Solid:
+    """A closed skin through `rings`, from bow to stern."""
+    angle = (np.arange(sides) + 0.5) * 2 * np.pi / sides
+    skin = [
+        np.stack([np.full(sides, x), y + wide * np.cos(angle), z + high * np.sin(angle)], axis=1)
+        for x, wide, high, y, z in rings
+    ]
+    faces: list[tuple[int, int, int]] = []
+    last = (len(rings) - 1) * sides
+    for start in range(0, last, sides):
+        for side in range(sides):
+            a, b = start + side, start + (side + 1) % sides
+            faces += [(a, a + sides, b), (b, a + sides, b + sides)]
+    for side in range(1, sides - 1):
+        faces += [(0, side, side + 1), (last, last + side + 1, last + side)]
+    return np.concatenate(skin), np.array(faces)
+
+
+def plate(outline: Sequence[tuple[float, float, float]], thick: float) -> Solid:
+    """A convex plate, `thick` metres from top to bottom."""
+    points = np.array(outline)
+    hull = trimesh.convex.convex_hull(np.concatenate([points, points + np.array((0, 0, thick))]))
+    return np.asarray(hull.vertices), np.asarray(hull.faces)
+
+
+def both(solid: Solid) -> tuple[Solid, Solid]:
+    """`solid` and its mirror image on the ship's other side."""
+    return solid, (solid[0] * (1.0, -1.0, 1.0), np.flip(solid[1], axis=1))
+
+
+def joined(color: tuple[int, int, int], *solids: Solid, glow: bool = False) -> Mesh:
+    """One mesh of `solids`."""
+    starts = np.cumsum([0, *(len(points) for points, _ in solids)])
+    faces = [faces + start for (_, faces), start in zip(solids, starts, strict=False)]
+    points = np.concatenate([points for points, _ in solids]).astype(np.float64)
+    return Mesh(points, np.concatenate(faces).astype(np.int64), color, flat=True, glow=glow)
 
 
 SCENE: type[Scene] = Asteroids
