@@ -53,6 +53,8 @@ SIGHT = 40.0
 """Rocks farther ahead are not perceived."""
 REACH = ROCK_RADIUS + SHIP_RADIUS
 FAR_AWAY = 1e6
+MOST = 8
+"""No more rocks than this are ever looked at closely."""
 
 
 class Asteroids(Scene):
@@ -240,7 +242,6 @@ class PaperState(Perception):
             index = smallest(square, 2)
             near = np.stack([np.take_along_axis(axis, index, axis=1) for axis in (x, y, z)])
             square = np.take_along_axis(square, index, axis=1)
-            square[index[:, 1] == index[:, 0], 1] = np.inf  # repeated: there is only one
             exists = (square < np.inf)[:, :, None]
             nearest[left] = np.where(exists, near.transpose(1, 2, 0), -SIGHT)
             left = left[square[:, 1] > radius**2]
@@ -318,6 +319,7 @@ def rocks_within(
     """Rocks that lie between `low` and `high` (worlds, 3) of the ship, and perhaps a few more.
 
     Returns their x, y and z from the ship, each (worlds, K), and which of the K are rocks at all.
+    K is at least MOST.
     """
     cells, position, half = snapshot["cells"], snapshot["position"], snapshot["half"]
     worlds, count, _ = snapshot["rocks"].shape
@@ -343,7 +345,7 @@ def rocks_within(
     owner = np.nonzero(candidate)[0]
     counts = np.bincount(owner, minlength=worlds)
     slot = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-    near = np.full((3, worlds, max(1, int(counts.max()))), FAR_AWAY)
+    near = np.full((3, worlds, max(MOST, int(counts.max()))), FAR_AWAY)
     near[:, owner, slot] = (rocks[index[candidate]] - position[owner]).T
     return near[0], near[1], near[2], near[0] < FAR_AWAY
 
@@ -378,12 +380,10 @@ def worst_threats(snapshot: Snapshot, count: int) -> tuple[Array, NDArray[np.boo
 
 
 def smallest(values: Array, count: int) -> NDArray[np.int64]:
-    """Columns of the `count` smallest values of each row, in order; the last repeats if too few."""
-    kept = min(count, values.shape[1])
-    index = np.argpartition(values, kept - 1, axis=1)[:, :kept]
+    """Columns of the `count` smallest values of each row, in order; `count` is at most MOST."""
+    index = np.argpartition(values, count - 1, axis=1)[:, :count]
     order = np.argsort(np.take_along_axis(values, index, axis=1), axis=1, kind="stable")
-    index = np.take_along_axis(index, order, axis=1)
-    return np.pad(index, ((0, 0), (0, count - kept)), mode="edge")
+    return np.take_along_axis(index, order, axis=1)
 
 
 def ship_axes(heading: Array) -> tuple[Array, Array, Array]:
