@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
 from numpy.typing import NDArray
 
 from evastudio.demonstrations.pairs import Pairs, join_pairs, perceive_take
@@ -23,6 +22,7 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, StorageError
+from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
 from evastudio.learning.catalog import (
     SUFFIX,
     checked_policy_name,
@@ -284,6 +284,8 @@ def evaluate(
             scene = "asteroids"
     place = make_scene(workspace, scene, options)
     pilots = {name: load_pilot(workspace, name, place) for name in policies}
-    return evaluate_pilots(
+    result = evaluate_pilots(
         place, pilots, worlds=worlds, seed=seed, n_jobs=jobs, progress=progress
     ).to_json()
+    result["policies"] = result.pop("pilots")
+    return result

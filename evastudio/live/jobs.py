@@ -70,7 +70,10 @@ class Jobs:
         self._runner = ThreadPoolExecutor(max_workers=1, thread_name_prefix="jobs")
 
     def submit(self, kind: str, work: Work, session: int | None = None, **arguments: Any) -> Job:
-        """Queue `work(progress=..., **arguments)`. Raises ConflictError where too many wait."""
+        """Queue `work(progress=..., **arguments)`, with `session` too where one is given.
+
+        Raises ConflictError where too many wait.
+        """
         with self._lock:
             waiting = sum(job.state is JobState.QUEUED for job in self._jobs.values())
             if waiting >= MAX_WAITING:
@@ -83,6 +86,8 @@ class Jobs:
             job = Job(next(self._numbers), kind, session)
             self._jobs[job.id] = job
         self._on_change(job)
+        if session is not None:
+            arguments["session"] = session
         self._runner.submit(self._run, job.id, work, arguments)
         return job
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import secrets
 import threading
 import time
@@ -13,11 +15,13 @@ from typing import Any, TypeVar
 
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError, not_found
+from evastudio.errors import ConflictError, StudioError, not_found
 from evastudio.live.headless import load_pilot, make_scene
 from evastudio.live.stage import Frame, Mode, Phase, Stage, Status
 from evastudio.workspace import Workspace
 from evastudio.world.scene import Scene, world_seeds
+
+logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -56,8 +60,14 @@ class LiveStage:
         self._closing = False
         self._told_at = 0.0
         self._told: tuple[Any, ...] = ()
+        self._fault: str | None = None
         self._thread = threading.Thread(target=self._run, name=f"stage-{name}", daemon=True)
         self._thread.start()
+
+    @property
+    def scene(self) -> Scene:
+        """The scene it shows, with its present options."""
+        return self._stage.scene
 
     # -- what a person does --------------------------------------------------------------------
 
@@ -86,6 +96,7 @@ class LiveStage:
 
     def demonstrate(self, options: Mapping[str, float] | None = None) -> None:
         """Begin a take in a new world; makes a session where none was chosen."""
+        self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         if self._stage.recorder is None:
             count = len(self._store.sessions(scene.name)) + 1
@@ -99,6 +110,7 @@ class LiveStage:
 
     def play(self, pilot: str, options: Mapping[str, float] | None = None) -> None:
         """Let a policy (or a scripted pilot) act alone in a new world."""
+        self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         actor = load_pilot(self._workspace, pilot, scene)
         self.call(
@@ -145,6 +157,16 @@ class LiveStage:
 
         self._post(change)
 
+    def nobody_there(self) -> None:
+        """The last person went: release every key, and pause a demonstration; does not wait."""
+
+        def change() -> None:
+            self._stage.keys.center()
+            if self._stage.mode is Mode.DEMONSTRATE:
+                self._stage.pause(time.monotonic())
+
+        self._post(change)
+
     def watch(self, show: Frame) -> None:
         """Call `show` on the stage's thread with what to draw, from now on."""
         self.call(lambda: self._stage.on_frame.append(show))
@@ -161,7 +183,8 @@ class LiveStage:
             self._totals = Totals(
                 {"id": record.id, "name": record.name}, record.takes_kept, record.pairs
             )
-            self._post(self._tell)
+            with contextlib.suppress(ConflictError):  # closed meanwhile: nobody to tell
+                self._post(self._tell)
 
         recorder.settle(count)
 
@@ -211,10 +234,24 @@ class LiveStage:
             for call in calls:
                 call()
             recording = self._stage.phase is Phase.RECORDING
-            due = self._stage.advance(time.monotonic(), time.time())
+            due = self._advance()
             if recording and self._stage.phase is Phase.ENDED:
                 self.refresh()
             self._tell_changes()
+
+    def _advance(self) -> float:
+        """Advance the stage; a scene or pilot that fails ends the take, not the stage."""
+        try:
+            return self._stage.advance(time.monotonic(), time.time())
+        except Exception as error:  # scenes and pilots are other people's code
+            logger.exception("Stage %s stopped", self.name)
+            self._fault = (
+                f"The character stopped: {error}"
+                if isinstance(error, StudioError)
+                else "The scene or the character failed and was stopped; the log tells why."
+            )
+            self._stage.stop(time.time())
+            return time.monotonic() + STATUS_S
 
     def _post(self, work: Callable[[], None]) -> None:
         with self._wake:
@@ -231,6 +268,7 @@ class LiveStage:
             stage.mode,
             stage.seed,
             self._totals,
+            self._fault,
             recorder is not None and (recorder.problem, recorder.can_undo),
         )
         moving = stage.phase in (Phase.COUNTDOWN, Phase.RECORDING, Phase.PLAYING)
@@ -246,7 +284,8 @@ class LiveStage:
             listener(message)
 
     def _describe(self, status: Status) -> dict[str, Any]:
-        return {"stage": self.name, **asdict(status), **asdict(self._totals)}
+        told = {"stage": self.name, **asdict(status), **asdict(self._totals)}
+        return {**told, "problem": status.problem or self._fault}
 
     def _next_seed(self) -> int:
         self._worlds += 1
@@ -282,7 +321,11 @@ class Stages:
             name = secrets.token_hex(6)
             stage = LiveStage(name, self._workspace, self._store, made, seed)
             self._stages[name] = stage
-        stage.choose_session(session)
+        try:
+            stage.choose_session(session)
+        except StudioError:
+            self.close(name)
+            raise
         return stage
 
     def get(self, name: str) -> LiveStage:

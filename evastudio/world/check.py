@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from evastudio.errors import NotFoundError
+from evastudio.world.loading import load_scene_file
 from evastudio.world.scene import RUNNING, Scene, world_seeds
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
@@ -23,6 +25,11 @@ class Finding:
     rule: str
     problem: str | None
     """What is wrong, or None."""
+
+
+def check_file(path: str | Path, seed: int = 0) -> list[Finding]:
+    """Run every rule on the scene of a Python file. Raises as `load_scene_file` does."""
+    return check_scene(load_scene_file(Path(path)), seed)
 
 
 def check_scene(scene_class: type[Scene], seed: int = 0) -> list[Finding]:

@@ -6,6 +6,7 @@ import hashlib
 import importlib.util
 import sys
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from pathlib import Path
 
 from evastudio.errors import InvalidInputError, NotFoundError, not_found
@@ -20,6 +21,12 @@ def load_scene_file(path: Path) -> type[Scene]:
     """
     if not path.is_file():
         raise NotFoundError(f"There is no scene file {str(path)!r}; give the path of a .py file.")
+    return _load(path.resolve(), path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _load(path: Path, _changed_at: int) -> type[Scene]:
+    """Load a scene file anew only when it has changed."""
     module_name = _module_name(path)
     spec = importlib.util.spec_from_file_location(module_name, path)
     if spec is None or spec.loader is None:

@@ -1,0 +1,51 @@
+"""EVA Studio: policies for virtual characters, learned from demonstrations.
+
+The same functions as the command line: `record`, `sessions`, `clean`, `fit`, `evaluate`,
+`scenes`, `check`; each but `check` takes a `Workspace` first.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from evastudio.learning.policy_files import load_policy, save_policy
+    from evastudio.live.headless import clean, evaluate, fit, record, scenes, sessions
+    from evastudio.workspace import Workspace
+    from evastudio.world.check import check_file as check
+
+__version__ = "0.1.0"
+
+_FROM = {
+    "Workspace": "evastudio.workspace",
+    "check": "evastudio.world.check",
+    "clean": "evastudio.live.headless",
+    "evaluate": "evastudio.live.headless",
+    "fit": "evastudio.live.headless",
+    "load_policy": "evastudio.learning.policy_files",
+    "record": "evastudio.live.headless",
+    "save_policy": "evastudio.learning.policy_files",
+    "scenes": "evastudio.live.headless",
+    "sessions": "evastudio.live.headless",
+}
+
+__all__ = [
+    "Workspace",
+    "check",
+    "clean",
+    "evaluate",
+    "fit",
+    "load_policy",
+    "record",
+    "save_policy",
+    "scenes",
+    "sessions",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import on first use, so that `import evastudio` itself costs nothing."""
+    if name not in _FROM:
+        raise AttributeError(f"module 'evastudio' has no attribute {name!r}")
+    return getattr(import_module(_FROM[name]), "check_file" if name == "check" else name)

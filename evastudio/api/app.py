@@ -1,0 +1,17 @@
+"""The API: its routes under one prefix."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter
+
+from evastudio.api import jobs, policies, scenes, sessions, stages
+
+PREFIX = "/api/v1"
+
+
+def api_router() -> APIRouter:
+    """Every route of the API."""
+    router = APIRouter(prefix=PREFIX)
+    for part in (scenes, sessions, policies, jobs, stages):
+        router.include_router(part.router)
+    return router

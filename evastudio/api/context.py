@@ -1,0 +1,47 @@
+"""What every route may use."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Coroutine
+from dataclasses import dataclass, field
+from typing import Annotated, Any, cast
+
+from fastapi import Depends
+from starlette.requests import HTTPConnection
+
+from evastudio.api.attendance import Attendance
+from evastudio.demonstrations.store import Store
+from evastudio.live.jobs import Job, Jobs
+from evastudio.live.stages import LiveStage, Stages
+from evastudio.workspace import Workspace
+
+
+@dataclass
+class Context:
+    """The parts of a running studio. Hooks are called on the event loop."""
+
+    workspace: Workspace
+    store: Store
+    jobs: Jobs
+    stages: Stages
+    stage_opened: list[Callable[[LiveStage], None]] = field(default_factory=list)
+    stage_closed: list[Callable[[str], None]] = field(default_factory=list)
+    job_listeners: set[Callable[[Job], None]] = field(default_factory=set)
+    attendances: dict[str, Attendance] = field(default_factory=dict)
+    """By the stage's name."""
+    _tasks: set[asyncio.Task[None]] = field(default_factory=set)
+
+    def background(self, work: Coroutine[Any, Any, None]) -> None:
+        """Run `work` on the event loop, and keep it alive until it is done."""
+        task = asyncio.get_running_loop().create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+
+def _context(connection: HTTPConnection) -> Context:
+    return cast("Context", connection.app.state.context)
+
+
+Studio = Annotated[Context, Depends(_context)]
+"""What a route declares to get the context."""

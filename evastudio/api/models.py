@@ -1,0 +1,186 @@
+"""What travels over HTTP, field by field."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field
+
+T = TypeVar("T")
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class Model(BaseModel):
+    model_config = ConfigDict(from_attributes=True, extra="forbid")
+
+
+class Page(BaseModel, Generic[T]):
+    """A list of things."""
+
+    items: list[T]
+
+
+class OptionOut(Model):
+    name: str
+    label: str
+    default: float
+    low: float
+    high: float
+    step: float
+    help: str
+
+
+class ControlOut(Model):
+    field: str
+    label: str
+    negative: Sequence[str]
+    positive: Sequence[str]
+
+
+class FieldOut(BaseModel):
+    name: str
+    unit: str
+    low: float | None
+    """None where there is no bound."""
+    high: float | None
+
+
+class PerceptionOut(BaseModel):
+    name: str
+    summary: str
+    state: list[FieldOut]
+
+
+class SceneOut(BaseModel):
+    name: str
+    title: str
+    version: int
+    dt_s: float
+    outcomes: list[str]
+    successes: list[str]
+    options: list[OptionOut]
+    controls: list[ControlOut]
+    action: list[FieldOut]
+    perceptions: list[PerceptionOut]
+
+
+class SessionIn(Model):
+    scene: Name
+    name: Name
+    demonstrator: Name = "person"
+
+
+class CleaningOut(Model):
+    pairs: int
+    removed: int
+    stale: bool
+    created_at: float
+    settings: Mapping[str, Any]
+
+
+class SessionOut(Model):
+    id: int
+    name: str
+    scene: str
+    scene_version: int
+    demonstrator: str
+    created_at: float
+    takes_kept: int
+    takes_trashed: int
+    pairs: int
+    seconds: float
+    cleaning: CleaningOut | None
+
+
+class TakeOut(Model):
+    id: int
+    session: int
+    number: int
+    seed: int
+    options: Mapping[str, float]
+    pilot: str
+    pairs: int
+    seconds: float
+    outcome: str | None
+    started_at: float
+    trashed: bool
+
+
+class CleanIn(Model):
+    perception: Name | None = None
+    n_neighbors: Annotated[int, Field(ge=1, le=1000)] | None = None
+    threshold: Annotated[float, Field(gt=0.0, le=10.0)] | Literal["auto"] | None = None
+
+
+class FitIn(Model):
+    learner: Name = "svr"
+    perception: Name | None = None
+    settings: dict[str, Any] = {}
+    name: Annotated[str, Field(max_length=80)] | None = None
+
+
+class JobOut(Model):
+    id: int
+    kind: str
+    session: int | None
+    state: str
+    progress: float
+    message: str
+    result: Mapping[str, Any] | None
+    error: str | None
+
+
+class PolicyOut(BaseModel):
+    name: str
+    scene: str | None
+    scene_version: int | None
+    perception: str | None
+    learner: str | None
+    settings: dict[str, Any]
+    pairs: int | None
+    session: str | None
+    """Name of the session it was fitted to."""
+    made_by: str | None
+    created: str | None
+    shipped: bool
+    stale: bool
+    """The session's pairs have changed since it was fitted."""
+    problem: str | None
+    """Why it cannot play, or None."""
+
+
+class StageIn(Model):
+    scene: Name
+    options: dict[str, float] = {}
+    session: int | None = None
+    seed: Annotated[int, Field(ge=0, lt=2**53)] | None = None
+
+
+class StageOut(BaseModel):
+    id: str
+    scene: str
+    view: str
+    """Path of the 3D view."""
+    socket: str
+    """Path of the websocket that takes keys and commands and tells the status."""
+
+
+class CommandIn(Model):
+    """What a person does on a stage."""
+
+    name: Literal[
+        "demonstrate", "pause", "resume", "restart", "discard", "undo", "play", "stop", "session"
+    ]
+    policy: Name | None = None
+    options: dict[str, float] | None = None
+    session: int | None = None
+
+
+class KeysIn(Model):
+    """Exactly these keys are held."""
+
+    held: Annotated[list[Annotated[str, Field(max_length=40)]], Field(max_length=40)]
+    time_ms: float
+    """When, on the browser's clock, milliseconds since the epoch."""
+    seq: int = 0

@@ -1,0 +1,87 @@
+"""Routes: the policies at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import APIRouter
+
+from evastudio.api.context import Studio
+from evastudio.api.models import Page, PolicyOut
+from evastudio.errors import NotFoundError, not_found
+from evastudio.learning.catalog import PolicyEntry, list_policies
+from evastudio.live.headless import make_scene
+
+router = APIRouter(prefix="/policies", tags=["policies"])
+
+
+@router.get("")
+def get_policies(studio: Studio, scene: str | None = None) -> Page[PolicyOut]:
+    """Policies of the workspace and shipped ones; those of one scene where it is given.
+
+    Files that cannot be read are listed with what is wrong, whatever the scene.
+    """
+    entries = list_policies(studio.workspace.policy_folders).values()
+    items = [_policy(entry, studio) for entry in entries]
+    return Page(items=[item for item in items if scene is None or item.scene in (scene, None)])
+
+
+@router.get("/{name}")
+def get_policy(name: str, studio: Studio) -> PolicyOut:
+    """One policy."""
+    entries = list_policies(studio.workspace.policy_folders)
+    if name not in entries:
+        raise not_found("policy", name, entries)
+    return _policy(entries[name], studio)
+
+
+def _policy(entry: PolicyEntry, studio: Studio) -> PolicyOut:
+    header = entry.header or {}
+    scene: Mapping[str, Any] = header.get("scene") or {}
+    extra: Mapping[str, Any] = header.get("extra") or {}
+    return PolicyOut(
+        name=entry.name,
+        scene=scene.get("name"),
+        scene_version=scene.get("version"),
+        perception=header.get("perception"),
+        learner=header.get("learner"),
+        settings=header.get("settings") or {},
+        pairs=header.get("pairs"),
+        session=extra.get("session_name"),
+        made_by=header.get("made_by"),
+        created=header.get("created"),
+        shipped=entry.path.parent.resolve() != studio.workspace.policies.resolve(),
+        stale=_stale(header, extra, studio),
+        problem=entry.problem or _mismatch(scene, studio),
+    )
+
+
+def _mismatch(scene: Mapping[str, Any], studio: Studio) -> str | None:
+    try:
+        now = make_scene(studio.workspace, str(scene.get("name"))).version
+    except NotFoundError as error:
+        return str(error)
+    if scene.get("version") != now:
+        return (
+            f"It was made for version {scene.get('version')} of the scene, which is now version "
+            f"{now}. Fit it again."
+        )
+    return None
+
+
+def _stale(header: Mapping[str, Any], extra: Mapping[str, Any], studio: Studio) -> bool:
+    """Whether the session, if it is in this store, has other pairs or another cleaning now."""
+    if extra.get("store") != studio.store.identity:
+        return False
+    try:
+        session = studio.store.session(int(header.get("session") or 0))
+    except NotFoundError:
+        return True
+    cleaning = None if session.cleaning is None else session.cleaning.id
+    takes = [take.id for take in studio.store.takes(session.id) if take.pairs]
+    return (takes, session.pairs, cleaning) != (
+        header.get("takes"),
+        extra.get("pairs_before_cleaning"),
+        extra.get("cleaning_id"),
+    )

@@ -1,0 +1,64 @@
+"""Routes: the scenes at hand."""
+
+from __future__ import annotations
+
+import math
+
+from fastapi import APIRouter
+
+from evastudio.api.context import Studio
+from evastudio.api.models import ControlOut, FieldOut, OptionOut, Page, PerceptionOut, SceneOut
+from evastudio.live.headless import make_scene, scenes
+from evastudio.world.scene import Scene
+from evastudio.world.spaces import Box
+
+router = APIRouter(prefix="/scenes", tags=["scenes"])
+
+
+@router.get("")
+def list_scenes(studio: Studio) -> Page[SceneOut]:
+    """Every scene, with its options, controls and perceptions."""
+    return Page(items=[_scene(kind()) for kind in scenes(studio.workspace)])
+
+
+@router.get("/{name}")
+def get_scene(name: str, studio: Studio) -> SceneOut:
+    """One scene."""
+    return _scene(make_scene(studio.workspace, name))
+
+
+def _scene(scene: Scene) -> SceneOut:
+    return SceneOut(
+        name=scene.name,
+        title=scene.title,
+        version=scene.version,
+        dt_s=scene.dt_s,
+        outcomes=list(scene.outcomes),
+        successes=sorted(scene.successes),
+        options=[OptionOut.model_validate(option) for option in scene.options],
+        controls=[
+            ControlOut(
+                field=control.field,
+                label=control.label,
+                negative=control.negative,
+                positive=control.positive,
+            )
+            for control in scene.controls
+        ],
+        action=_fields(scene.action),
+        perceptions=[
+            PerceptionOut(name=view.name, summary=view.summary, state=_fields(view.state))
+            for view in scene.perceptions.values()
+        ],
+    )
+
+
+def _fields(box: Box) -> list[FieldOut]:
+    return [
+        FieldOut(name=field.name, unit=field.unit, low=_bound(field.low), high=_bound(field.high))
+        for field in box.fields
+    ]
+
+
+def _bound(value: float) -> float | None:
+    return value if math.isfinite(value) else None

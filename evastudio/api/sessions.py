@@ -1,0 +1,119 @@
+"""Routes: sessions, their takes, and the work on them."""
+
+from __future__ import annotations
+
+import time
+
+from fastapi import APIRouter, status
+
+from evastudio.api.context import Studio
+from evastudio.api.models import CleanIn, FitIn, JobOut, Page, SessionIn, SessionOut, TakeOut
+from evastudio.demonstrations.records import SessionRecord
+from evastudio.errors import InvalidInputError, not_found
+from evastudio.learning.catalog import checked_policy_name, policy_name_from
+from evastudio.learning.policy import LEARNERS
+from evastudio.live import headless
+
+router = APIRouter(tags=["sessions"])
+
+
+@router.get("/sessions")
+def list_sessions(studio: Studio, scene: str | None = None) -> Page[SessionOut]:
+    """Sessions, newest first."""
+    return Page(items=[SessionOut.model_validate(one) for one in studio.store.sessions(scene)])
+
+
+@router.post("/sessions", status_code=status.HTTP_201_CREATED)
+def create_session(body: SessionIn, studio: Studio) -> SessionOut:
+    """A new, empty session."""
+    scene = headless.make_scene(studio.workspace, body.scene)
+    made = studio.store.create_session(scene, body.name, body.demonstrator, time.time())
+    return SessionOut.model_validate(studio.store.session(made))
+
+
+@router.get("/sessions/{session}")
+def get_session(session: int, studio: Studio) -> SessionOut:
+    """One session."""
+    return SessionOut.model_validate(studio.store.session(session))
+
+
+@router.get("/sessions/{session}/takes")
+def list_takes(session: int, studio: Studio, trashed: bool | None = None) -> Page[TakeOut]:
+    """Its takes in order: all of them, or only kept or trashed ones."""
+    studio.store.session(session)
+    takes = studio.store.takes(session, trashed)
+    return Page(items=[TakeOut.model_validate(take) for take in takes])
+
+
+@router.post("/takes/{take}/trash")
+def trash_take(take: int, studio: Studio) -> TakeOut:
+    """Leave a take out until it is restored."""
+    studio.store.trash_take(take, time.time())
+    return _changed(take, studio)
+
+
+@router.post("/takes/{take}/restore")
+def restore_take(take: int, studio: Studio) -> TakeOut:
+    """Bring a take back."""
+    studio.store.restore_take(take)
+    return _changed(take, studio)
+
+
+@router.post("/sessions/{session}/clean", status_code=status.HTTP_202_ACCEPTED)
+def clean_session(session: int, body: CleanIn, studio: Studio) -> JobOut:
+    """Mark the conflicts among the kept pairs; a job."""
+    _need_pairs(session, studio)
+    job = studio.jobs.submit(
+        "clean",
+        headless.clean,
+        session,
+        workspace=studio.workspace,
+        **body.model_dump(exclude_none=True),
+    )
+    return JobOut.model_validate(job)
+
+
+@router.delete("/sessions/{session}/clean")
+def undo_cleaning(session: int, studio: Studio) -> SessionOut:
+    """Take the latest cleaning back."""
+    studio.store.session(session)
+    studio.store.undo_cleaning(session)
+    return SessionOut.model_validate(studio.store.session(session))
+
+
+@router.post("/sessions/{session}/fit", status_code=status.HTTP_202_ACCEPTED)
+def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
+    """Fit a policy to the kept pairs, without marked conflicts; a job."""
+    record = _need_pairs(session, studio)
+    if body.learner not in LEARNERS:
+        raise not_found("learner", body.learner, LEARNERS)
+    kind = headless.make_scene(studio.workspace, record.scene)
+    kind.perception(body.perception)
+    name = checked_policy_name(body.name or policy_name_from(f"{record.name} {body.learner}"))
+    job = studio.jobs.submit(
+        "fit",
+        headless.fit,
+        session,
+        workspace=studio.workspace,
+        learner=body.learner,
+        perception=body.perception,
+        settings=body.settings,
+        name=name,
+    )
+    return JobOut.model_validate(job)
+
+
+def _need_pairs(session: int, studio: Studio) -> SessionRecord:
+    record = studio.store.session(session)
+    if record.pairs == 0:
+        raise InvalidInputError(
+            f"Session {record.name!r} has no pairs: no take is kept. Record a take first."
+        )
+    return record
+
+
+def _changed(take: int, studio: Studio) -> TakeOut:
+    record = studio.store.take(take)
+    for stage in studio.stages.all():
+        stage.refresh()
+    return TakeOut.model_validate(record)

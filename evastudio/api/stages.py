@@ -1,0 +1,212 @@
+"""Routes: live stages, and the websocket through which a person drives one."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect, status
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from evastudio.api.attendance import Attendance
+from evastudio.api.context import Context, Studio
+from evastudio.api.models import CommandIn, KeysIn, StageIn, StageOut
+from evastudio.errors import InvalidInputError, StudioError
+from evastudio.live.jobs import Job
+from evastudio.live.stages import LiveStage
+
+router = APIRouter(prefix="/stages", tags=["stages"])
+
+MAX_AGE_S = 0.25
+"""An edge of a key is believed to be at most this old."""
+WAITING = 64
+"""Messages that may wait for a slow page before the oldest are dropped."""
+
+
+@router.post("", status_code=status.HTTP_201_CREATED)
+async def open_stage(body: StageIn, studio: Studio) -> StageOut:
+    """A new stage. It closes itself when nobody drives it for a minute."""
+    stage = await asyncio.to_thread(
+        studio.stages.open, body.scene, body.options, body.session, body.seed
+    )
+    for hook in studio.stage_opened:
+        hook(stage)
+
+    def close() -> None:
+        studio.background(_close(stage.name, studio))
+
+    studio.attendances[stage.name] = Attendance(stage, close)
+    return _stage(stage)
+
+
+@router.get("/{stage}")
+def get_stage(stage: str, studio: Studio) -> dict[str, Any]:
+    """How a stage stands."""
+    return studio.stages.get(stage).status()
+
+
+@router.post("/{stage}/commands")
+def command_stage(stage: str, body: CommandIn, studio: Studio) -> dict[str, Any]:
+    """Do on a stage what a person does; how it then stands."""
+    found = studio.stages.get(stage)
+    perform(found, body)
+    return found.status()
+
+
+@router.delete("/{stage}", status_code=status.HTTP_204_NO_CONTENT)
+async def close_stage(stage: str, studio: Studio) -> None:
+    """Close a stage; its running take is kept."""
+    await _close(stage, studio)
+
+
+@router.websocket("/{stage}/socket")
+async def drive(websocket: WebSocket, stage: str, studio: Studio) -> None:
+    """Keys and commands in, status, jobs and notices out, as JSON messages with a `type`."""
+    try:
+        found = studio.stages.get(stage)
+    except StudioError:
+        await websocket.close(4404, "There is no such stage; load the page again.")
+        return
+    await websocket.accept()
+    await Drive(websocket, found, studio).run()
+
+
+class _Message(BaseModel):
+    model_config = ConfigDict(extra="allow")
+    type: str = Field(max_length=20)
+
+
+class Drive:
+    """One page at one stage."""
+
+    def __init__(self, websocket: WebSocket, stage: LiveStage, studio: Context) -> None:
+        self._websocket = websocket
+        self._stage = stage
+        self._studio = studio
+        self._loop = asyncio.get_running_loop()
+        self._out: asyncio.Queue[Mapping[str, Any]] = asyncio.Queue()
+        self._commands: asyncio.Queue[CommandIn] = asyncio.Queue()
+        self._lag_s = float("inf")
+
+    async def run(self) -> None:
+        attendance = self._studio.attendances[self._stage.name]
+        attendance.came()
+        self._stage.on_status.append(self._told_status)
+        self._studio.job_listeners.add(self._told_job)
+        tasks = [
+            asyncio.create_task(work)
+            for work in (self._receive(), self._send(), self._perform_all())
+        ]
+        try:
+            self._stage.refresh()
+            await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        except StudioError:
+            pass  # the stage was closed meanwhile
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            self._studio.job_listeners.discard(self._told_job)
+            self._stage.on_status.remove(self._told_status)
+            attendance.left()
+
+    def _told_status(self, told: dict[str, Any]) -> None:
+        """On the stage's thread."""
+        self._loop.call_soon_threadsafe(self._put, {"type": "status", **told})
+
+    def _told_job(self, job: Job) -> None:
+        self._put({"type": "job", **job.to_json()})
+
+    def _put(self, message: Mapping[str, Any]) -> None:
+        while self._out.qsize() >= WAITING:
+            self._out.get_nowait()
+        self._out.put_nowait(message)
+
+    async def _send(self) -> None:
+        while True:
+            await self._websocket.send_json(await self._out.get())
+
+    async def _receive(self) -> None:
+        try:
+            while True:
+                text = await self._websocket.receive_text()
+                try:
+                    self._take_in(text)
+                except ValidationError:
+                    self._notice("The page sent something that the server does not understand.")
+                except StudioError as error:
+                    self._notice(str(error))
+        except (WebSocketDisconnect, KeyError):
+            return
+
+    def _take_in(self, text: str) -> None:
+        message = _Message.model_validate_json(text)
+        content = message.model_extra or {}
+        if message.type == "keys":
+            keys = KeysIn.model_validate(content)
+            late = time.time() - keys.time_ms / 1000.0
+            self._lag_s = min(self._lag_s, late)
+            self._stage.hold(keys.held, min(max(late - self._lag_s, 0.0), MAX_AGE_S))
+            self._put({"type": "ack", "seq": keys.seq})
+        elif message.type == "command":
+            if self._commands.qsize() >= WAITING:
+                raise InvalidInputError("Too many commands at once; wait for the stage to answer.")
+            self._commands.put_nowait(CommandIn.model_validate(content))
+        else:
+            raise InvalidInputError(
+                f"A message of type {message.type!r} is not known; 'keys' and 'command' are."
+            )
+
+    async def _perform_all(self) -> None:
+        while True:
+            command = await self._commands.get()
+            try:
+                await asyncio.to_thread(perform, self._stage, command)
+            except StudioError as error:
+                self._notice(str(error))
+
+    def _notice(self, text: str) -> None:
+        self._put({"type": "notice", "level": "error", "text": text})
+
+
+async def _close(stage: str, studio: Context) -> None:
+    studio.attendances.pop(stage, None)
+    await asyncio.to_thread(studio.stages.close, stage)
+    for hook in studio.stage_closed:
+        hook(stage)
+
+
+def perform(stage: LiveStage, command: CommandIn) -> None:
+    """One command of a person. Raises StudioError where it is not possible."""
+    match command.name:
+        case "demonstrate":
+            stage.demonstrate(command.options)
+        case "play":
+            if command.policy is None:
+                raise InvalidInputError("No policy was named; choose one to play.")
+            stage.play(command.policy, command.options)
+        case "session":
+            stage.choose_session(command.session)
+        case "pause":
+            stage.pause()
+        case "resume":
+            stage.resume()
+        case "restart":
+            stage.restart()
+        case "discard":
+            stage.discard()
+        case "undo":
+            stage.undo()
+        case "stop":
+            stage.stop()
+
+
+def _stage(stage: LiveStage) -> StageOut:
+    return StageOut(
+        id=stage.name,
+        scene=stage.scene.name,
+        view=f"/view/{stage.name}/",
+        socket=f"/api/v1/stages/{stage.name}/socket",
+    )

@@ -1,0 +1,348 @@
+"""The command line: the functions of `evastudio`, one command each."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from evastudio.errors import InvalidInputError, StudioError
+from evastudio.settings import DEFAULT_PORT, Settings
+from evastudio.workspace import Workspace
+
+app = typer.Typer(
+    name="evastudio",
+    help="Drive a character for a few minutes; it goes on alone in the style you showed.",
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    no_args_is_help=False,
+)
+
+JsonFlag = Annotated[bool, typer.Option("--json", help="Print JSON instead of text.")]
+WorkspaceOption = Annotated[
+    Path, typer.Option("--workspace", "-w", help="Folder with your scenes, policies, sessions.")
+]
+StoreOption = Annotated[
+    str | None, typer.Option("--store", help="URL of the session store; studio.db by default.")
+]
+DensityOption = Annotated[
+    float | None, typer.Option("--density", "-D", help="The scene's option 'density'.")
+]
+OptionsOption = Annotated[
+    list[str] | None, typer.Option("--option", "-o", help="Another of its options, as name=value.")
+]
+HERE = Path()
+
+
+@app.callback(invoke_without_command=True)
+def default(context: typer.Context) -> None:
+    """Open the studio."""
+    if context.invoked_subcommand is None:
+        studio()
+
+
+@app.command()
+def studio(
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port; 0 takes any free one.")] = DEFAULT_PORT,
+    token: Annotated[str | None, typer.Option(help="Access token; a new one by default.")] = None,
+    browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
+    json_output: JsonFlag = False,
+) -> None:
+    """Open the studio: serve the page and print its address."""
+    from evastudio.server import serve  # the server's libraries are slow to load
+
+    given: dict[str, Any] = {} if token is None else {"token": token}
+    settings = Settings(Workspace(workspace, store), host, port, browser=browser, **given)
+
+    def announce(url: str) -> None:
+        text = json.dumps({"url": url}) if json_output else f"EVA Studio is open at\n\n    {url}\n"
+        print(text, flush=True)
+
+    serve(settings, announce)
+
+
+@app.command()
+def scenes(workspace: WorkspaceOption = HERE, json_output: JsonFlag = False) -> None:
+    """List the scenes at hand."""
+    from evastudio.live import headless
+
+    made = [kind() for kind in headless.scenes(Workspace(workspace))]
+    rows = [
+        {
+            "name": scene.name,
+            "title": scene.title,
+            "version": scene.version,
+            "dt_s": scene.dt_s,
+            "options": dict(scene.values),
+            "perceptions": list(scene.perceptions),
+        }
+        for scene in made
+    ]
+    _print(rows, json_output, ("name", "title", "version", "options", "perceptions"))
+
+
+@app.command()
+def check(
+    file: Annotated[Path, typer.Argument(help="A scene's Python file.")],
+    json_output: JsonFlag = False,
+) -> None:
+    """Test whether a scene file keeps the rules of scenes; exit code 1 if it does not."""
+    from evastudio.world.check import check_file
+
+    findings = check_file(file)
+    rows = [
+        {"rule": found.rule, "ok": found.problem is None, "problem": found.problem}
+        for found in findings
+    ]
+    _print(rows, json_output, ("ok", "rule", "problem"))
+    if any(found.problem for found in findings):
+        raise typer.Exit(1)
+
+
+@app.command()
+def record(
+    scene: Annotated[str, typer.Argument(help="Name of a scene.")],
+    pilot: Annotated[
+        str, typer.Option(help="scripted:careful, scripted:human or scripted:keys.")
+    ] = "scripted:careful",
+    minutes: Annotated[float, typer.Option(help="How long it demonstrates.")] = 8.0,
+    seed: Annotated[int, typer.Option(help="Decides every world.", min=0)] = 0,
+    density: DensityOption = None,
+    option: OptionsOption = None,
+    session: Annotated[str | None, typer.Option(help="Name of the new session.")] = None,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """Let a scripted demonstrator record a session."""
+    from evastudio.live import headless
+
+    with _bar(json_output) as progress:
+        result = headless.record(
+            Workspace(workspace, store),
+            scene,
+            pilot,
+            minutes,
+            seed,
+            options=_options(density, option),
+            session=session,
+            progress=progress,
+        )
+    _print(result, json_output)
+
+
+@app.command()
+def sessions(
+    scene: Annotated[str | None, typer.Option(help="Only those of this scene.")] = None,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """List the recorded sessions."""
+    from evastudio.live import headless
+
+    rows = headless.sessions(Workspace(workspace, store), scene)
+    _print(
+        rows, json_output, ("id", "name", "scene", "demonstrator", "takes_kept", "pairs", "seconds")
+    )
+
+
+@app.command()
+def clean(
+    session: Annotated[str, typer.Argument(help="Id or name of a session.")],
+    perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
+    neighbors: Annotated[int | None, typer.Option(help="Neighbours compared.", min=1)] = None,
+    threshold: Annotated[
+        str | None, typer.Option(help="Share of the action's range, or 'auto'.")
+    ] = None,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """Mark contradicting pairs of a session, so that fitting leaves them out."""
+    from evastudio.live import headless
+
+    chosen: dict[str, Any] = {}
+    if neighbors is not None:
+        chosen["n_neighbors"] = neighbors
+    if threshold is not None:
+        chosen["threshold"] = threshold if threshold == "auto" else _number("threshold", threshold)
+    with _bar(json_output) as progress:
+        result = headless.clean(
+            Workspace(workspace, store), session, perception=perception, progress=progress, **chosen
+        )
+    _print(result, json_output)
+
+
+@app.command()
+def fit(
+    session: Annotated[str, typer.Argument(help="Id or name of a session.")],
+    learner: Annotated[str, typer.Option(help="svr (smooth) or knn (exact).")] = "svr",
+    perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
+    setting: Annotated[
+        list[str] | None, typer.Option("--set", help="A setting of the learner, as name=value.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write, .safetensors.")] = None,
+    name: Annotated[str | None, typer.Option(help="Name in the workspace's policies.")] = None,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """Fit a policy to the kept and cleaned pairs of a session."""
+    from evastudio.live import headless
+
+    if out is not None and out.suffix != ".safetensors":
+        raise InvalidInputError(f"The file is {str(out)!r}; a policy file ends in .safetensors.")
+    with _bar(json_output) as progress:
+        result = headless.fit(
+            Workspace(workspace, store),
+            session,
+            learner=learner,
+            perception=perception,
+            settings=_settings(setting),
+            out=out,
+            name=name,
+            made_by=shlex.join(["evastudio", *sys.argv[1:]]),
+            progress=progress,
+        )
+    _print(result, json_output)
+
+
+@app.command()
+def evaluate(
+    policies: Annotated[
+        list[str], typer.Argument(help="Policies (name or file), scripted:NAME or straight.")
+    ],
+    worlds: Annotated[int, typer.Option(help="How many new worlds.", min=1)] = 100,
+    seed: Annotated[int, typer.Option(help="Decides the worlds.", min=0)] = 0,
+    scene: Annotated[str | None, typer.Option(help="The first policy's by default.")] = None,
+    density: DensityOption = None,
+    option: OptionsOption = None,
+    jobs: Annotated[int, typer.Option(help="Processes at once.", min=1)] = 1,
+    workspace: WorkspaceOption = HERE,
+    json_output: JsonFlag = False,
+) -> None:
+    """Fly policies through the same new worlds and count what becomes of them."""
+    from evastudio.live import headless
+
+    with _bar(json_output) as progress:
+        result = headless.evaluate(
+            Workspace(workspace),
+            policies,
+            scene=scene,
+            worlds=worlds,
+            seed=seed,
+            options=_options(density, option),
+            jobs=jobs,
+            progress=progress,
+        )
+    if json_output:
+        _print(result, True)
+    else:
+        rows = [{"policy": name, **values} for name, values in result["policies"].items()]
+        _print(rows, False, ("policy", "crossing_rate", "interval", "outcomes", "mean_time_s"))
+
+
+def main() -> None:
+    """Run the command line: what is refused is one sentence and exit code 2."""
+    try:
+        app(standalone_mode=False)
+    except StudioError as error:
+        print(f"evastudio: {error}", file=sys.stderr)
+        sys.exit(2)
+    except typer.Exit as stop:
+        sys.exit(stop.exit_code)
+    except typer.Abort:
+        sys.exit(130)
+
+
+def _options(density: float | None, pairs: list[str] | None) -> dict[str, float]:
+    values = {} if density is None else {"density": density}
+    for name, value in _split(pairs, "--option"):
+        values[name] = _number(name, value)
+    return values
+
+
+def _settings(pairs: list[str] | None) -> dict[str, Any]:
+    settings: dict[str, Any] = {}
+    for name, value in _split(pairs, "--set"):
+        try:
+            settings[name] = json.loads(value)
+        except json.JSONDecodeError:
+            settings[name] = value
+    return settings
+
+
+def _split(pairs: list[str] | None, flag: str) -> list[tuple[str, str]]:
+    split = []
+    for pair in pairs or []:
+        name, found, value = pair.partition("=")
+        if not found or not name:
+            raise InvalidInputError(f"{flag} is {pair!r}; it must be name=value.")
+        split.append((name, value))
+    return split
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InvalidInputError(f"{name} is {text!r}; it must be a number.") from None
+
+
+class _bar:  # noqa: N801 - reads as a verb where it is used
+    """A progress bar on standard error; silent with JSON or without a terminal."""
+
+    def __init__(self, quiet: bool) -> None:
+        console = Console(stderr=True)
+        self._shown = not quiet and console.is_terminal
+        self._bar = Progress(
+            TextColumn("{task.description}"), BarColumn(), console=console, transient=True
+        )
+
+    def __enter__(self) -> Callable[[float, str], None]:
+        if self._shown:
+            self._bar.start()
+        task = self._bar.add_task("", total=1.0)
+
+        def progress(share: float, doing: str) -> None:
+            self._bar.update(task, completed=share, description=doing)
+
+        return progress
+
+    def __exit__(self, *_: object) -> None:
+        if self._shown:
+            self._bar.stop()
+
+
+def _print(result: Any, as_json: bool, columns: tuple[str, ...] = ()) -> None:
+    if as_json:
+        print(json.dumps(result, indent=2))
+        return
+    if isinstance(result, dict):
+        result, columns = [{"": key, " ": value} for key, value in result.items()], ("", " ")
+    table = Table(*columns, show_header=columns != ("", " "), box=None)
+    for row in result:
+        table.add_row(*(_text(row[column]) for column in columns))
+    Console(soft_wrap=True).print(table)
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, dict):
+        return ", ".join(f"{key} {_text(part)}" for key, part in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(_text(part) for part in value)
+    return "" if value is None else str(value)

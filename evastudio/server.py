@@ -1,0 +1,171 @@
+"""The front door: the page, the API and the 3D views behind one port and one origin."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import webbrowser
+from collections.abc import AsyncIterator, Callable
+
+import uvicorn
+from fastapi import FastAPI, Request, WebSocket
+from starlette.responses import FileResponse, Response
+from starlette.staticfiles import StaticFiles
+
+from evastudio.api import problems
+from evastudio.api.access import Door, Guard
+from evastudio.api.app import api_router
+from evastudio.api.context import Context
+from evastudio.demonstrations.store import Store
+from evastudio.errors import InvalidInputError
+from evastudio.live.jobs import Job, Jobs
+from evastudio.live.stages import LiveStage, Stages
+from evastudio.settings import Settings
+from evastudio.studio.client import client_page
+from evastudio.studio.view import View
+from evastudio.workspace import shipped
+
+WEBSOCKET_BYTES = 64 * 2**20
+"""Pictures of a view come back through its websocket."""
+
+
+def create_app(settings: Settings, port: int) -> FastAPI:
+    """The whole studio as an ASGI application that will be reached at `port`.
+
+    Raises StorageError where the workspace or its store cannot be used.
+    """
+    workspace = settings.workspace.ready()
+    store = Store(workspace.store_url)
+    views: dict[str, View] = {}
+
+    @contextlib.asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        loop = asyncio.get_running_loop()
+        context: Context
+
+        def job_changed(job: Job) -> None:
+            with contextlib.suppress(RuntimeError):  # the loop is closing
+                loop.call_soon_threadsafe(tell_job, job)
+
+        def tell_job(job: Job) -> None:
+            for listener in list(context.job_listeners):
+                listener(job)
+
+        def open_view(stage: LiveStage) -> None:
+            views[stage.name] = view = View(stage.scene, loop)
+            stage.watch(view.show)
+
+        def close_view(stage: str) -> None:
+            view = views.pop(stage, None)
+            if view is not None:
+                view.close()
+
+        context = Context(workspace, store, Jobs(job_changed), Stages(workspace, store))
+        context.stage_opened.append(open_view)
+        context.stage_closed.append(close_view)
+        app.state.context = context
+        yield
+        await asyncio.to_thread(context.stages.close_all)
+        for stage in list(views):
+            close_view(stage)
+        await asyncio.to_thread(context.jobs.close)
+        store.close()
+
+    app = FastAPI(title="EVA Studio", version="1", lifespan=lifespan, docs_url=None, redoc_url=None)
+    problems.install(app)
+    app.include_router(api_router())
+    web = shipped() / "web"
+
+    @app.get("/", include_in_schema=False)
+    async def page() -> Response:
+        return FileResponse(web / "index.html")
+
+    @app.get("/view/{stage}/", include_in_schema=False)
+    async def view_page(stage: str, request: Request) -> Response:
+        request.app.state.context.stages.get(stage)
+        client = client_page()
+        headers = {"ETag": client.etag, "Cache-Control": "no-cache", "Vary": "Accept-Encoding"}
+        if request.headers.get("if-none-match") == client.etag:
+            return Response(status_code=304, headers=headers)
+        if "gzip" in request.headers.get("accept-encoding", ""):
+            headers["Content-Encoding"] = "gzip"
+            return Response(client.compressed, headers=headers, media_type="text/html")
+        return Response(client.html, headers=headers, media_type="text/html")
+
+    @app.websocket("/view/{stage}")
+    @app.websocket("/view/{stage}/")
+    async def view_socket(websocket: WebSocket, stage: str) -> None:
+        view = views.get(stage)
+        if view is None:
+            await websocket.close(4404, "There is no such stage; load the page again.")
+            return
+        await view.handle(websocket)
+
+    app.mount("/web", StaticFiles(directory=web), name="web")
+    app.add_middleware(Guard, door=Door(settings.host, port, settings.token))
+    return app
+
+
+def serve(settings: Settings, announce: Callable[[str], None]) -> None:
+    """Run the studio until it is told to stop (Ctrl+C, SIGTERM).
+
+    `announce` is called with the address, token included, once the server listens. Raises
+    InvalidInputError where the port is taken.
+    """
+    listener = _listen(settings.host, settings.port)
+    port = int(listener.getsockname()[1])
+    try:
+        app = create_app(settings, port)
+    except BaseException:
+        listener.close()
+        raise
+    shown = "127.0.0.1" if settings.host in {"0.0.0.0", "::"} else settings.host
+    url = f"http://{f'[{shown}]' if ':' in shown else shown}:{port}/?token={settings.token}"
+    config = uvicorn.Config(
+        app,
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        ws="websockets-sansio",
+        ws_per_message_deflate=False,
+        ws_max_size=WEBSOCKET_BYTES,
+        timeout_graceful_shutdown=3,
+    )
+
+    def listening() -> None:
+        announce(url)
+        if settings.browser:
+            webbrowser.open(url)
+
+    _Server(config, listening).run(sockets=[listener])
+
+
+class _Server(uvicorn.Server):
+    """uvicorn, telling when it listens."""
+
+    def __init__(self, config: uvicorn.Config, listening: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._listening = listening
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        if not self.should_exit:
+            self._listening()
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A bound socket. Raises InvalidInputError, saying what to do, where that is impossible."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+        listener = socket.socket(family, kind, protocol)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(address)
+    except OSError as error:
+        raise InvalidInputError(
+            f"The studio cannot listen at {host} port {port}: {error.strerror or error}. Choose "
+            "another with --host and --port (0 takes any free port)."
+        ) from None
+    return listener
