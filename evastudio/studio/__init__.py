@@ -1,1 +1,1 @@
-"""The 3D view of a stage, through viser."""
+"""Views: what a browser sees of a world, drawn with viser."""

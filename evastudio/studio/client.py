@@ -1,0 +1,39 @@
+"""viser's browser client, as the studio serves it."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import viser
+
+STYLE = """
+<style>
+html, body { background: #07090f; }
+[data-dock-root] > :not(:has(canvas)), .mantine-Notifications-root { display: none !important; }
+</style>
+"""
+"""The page around the view has the controls, so viser's own are hidden."""
+
+
+@dataclass(frozen=True)
+class ClientPage:
+    """One HTML file that holds the whole client."""
+
+    html: bytes
+    compressed: bytes
+    """`html` after gzip."""
+    etag: str
+    """Quoted, as the header wants it."""
+
+
+@cache
+def client_page() -> ClientPage:
+    """The client of the installed viser, its panels hidden."""
+    source = Path(viser.__file__).parent / "client" / "build" / "index.html"
+    html = source.read_text(encoding="utf-8").replace("</head>", f"{STYLE}</head>", 1).encode()
+    digest = hashlib.sha256(html).hexdigest()[:32]
+    return ClientPage(html, gzip.compress(html, mtime=0), f'"{digest}"')

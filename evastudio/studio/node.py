@@ -1,0 +1,120 @@
+"""One body of a scene as a node of viser's."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from evastudio.errors import InvalidInputError
+from evastudio.studio.air import linear
+from evastudio.studio.mounted import MountedViser
+from evastudio.world.bodies import Body, Mesh
+
+Numbers = NDArray[np.float32]
+
+
+def checked(body: Body) -> tuple[Numbers, Numbers, Numbers]:
+    """Positions (N, 3), quaternions (N, 4) and scales (N,) of `body`, all finite.
+
+    One value that cannot be sent would cost viser every client, so nothing unchecked gets there.
+    """
+    count = len(body.positions)
+    shapes = ((count, 3), (count, 4), (count,))
+    arrays = []
+    for name, shape in zip(("positions", "wxyzs", "scales"), shapes, strict=True):
+        array = np.asarray(getattr(body, name), dtype=np.float32)
+        if array.shape != shape:
+            raise InvalidInputError(
+                f"The {name} of body {body.name!r} have shape {array.shape}; expected {shape}."
+            )
+        if not np.isfinite(array).all():
+            raise InvalidInputError(
+                f"The {name} of body {body.name!r} hold NaN or infinite numbers; a view can only "
+                "draw finite ones."
+            )
+        arrays.append(array)
+    return arrays[0], arrays[1], arrays[2]
+
+
+class Node:
+    """Draws one body, with as few messages as its changes need.
+
+    A single body moves as its node's pose, which the client applies without building anything
+    anew; many are instances of one batched mesh.
+    """
+
+    def __init__(self, server: MountedViser, name: str, mesh: Mesh) -> None:
+        self._server = server
+        self._name = f"/bodies/{name}"
+        self._mesh = mesh
+        self._handle: Any = None
+        self._count = 0
+
+    def draw(self, positions: Numbers, wxyzs: Numbers, scales: Numbers) -> None:
+        """Show the instances, given as `checked` returns them."""
+        count = len(positions)
+        if count != self._count:
+            self.remove()
+            self._count = count
+            if count:
+                self._handle = self._add(positions, wxyzs, scales)
+        elif count == 1:
+            self._server.set_pose(self._name, positions[0].tolist(), wxyzs[0].tolist())
+            if scales[0] != self._handle.batched_scales[0]:
+                self._handle.batched_scales = scales
+        elif count:
+            self._handle.batched_positions = positions
+            self._handle.batched_wxyzs = wxyzs
+            self._handle.batched_scales = scales
+
+    def remove(self) -> None:
+        """Take the body out of the view."""
+        if self._handle is not None:
+            self._handle.remove()
+            self._handle = None
+        self._count = 0
+
+    def _add(self, positions: Numbers, wxyzs: Numbers, scales: Numbers) -> Any:
+        place: dict[str, Any] = {
+            "batched_positions": positions,
+            "batched_wxyzs": wxyzs,
+            "batched_scales": scales,
+            "cast_shadow": False,
+            "receive_shadow": False,
+        }
+        if len(positions) == 1:
+            place["position"], place["wxyz"] = positions[0], wxyzs[0]
+            place["batched_positions"] = np.zeros((1, 3), dtype=np.float32)
+            place["batched_wxyzs"] = np.array([[1, 0, 0, 0]], dtype=np.float32)
+        mesh = self._mesh
+        if mesh.glow:
+            return self._server.scene.add_batched_glb(self._name, glowing(mesh), lod="off", **place)
+        return self._server.scene.add_batched_meshes_simple(
+            self._name,
+            mesh.vertices.astype(np.float32),
+            mesh.faces.astype(np.uint32),
+            batched_colors=mesh.color,
+            flat_shading=mesh.flat,
+            lod="auto" if len(positions) > 1 else "off",
+            **place,
+        )
+
+
+def glowing(mesh: Mesh) -> bytes:
+    """A binary glTF file of `mesh`, which shines by itself: viser has no unlit mesh of its own."""
+    visual: Any = trimesh.visual
+    material = visual.material.PBRMaterial(
+        baseColorFactor=[0, 0, 0, 255],
+        emissiveFactor=linear(mesh.color),
+        metallicFactor=0,
+        roughnessFactor=1,
+    )
+    shape = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    shape.visual = visual.TextureVisuals(material=material)
+    file = io.BytesIO()
+    shape.export(file, file_type="glb")
+    return file.getvalue()

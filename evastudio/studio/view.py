@@ -1,0 +1,90 @@
+"""A view: the first world of a snapshot, drawn for every browser that looks at it."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+
+import numpy as np
+from starlette.websockets import WebSocket
+
+from evastudio.errors import InvalidInputError, not_found
+from evastudio.studio.air import set_air
+from evastudio.studio.mounted import Point, mounted_viser
+from evastudio.studio.node import Node, checked
+from evastudio.world.bodies import Camera
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import Snapshot
+
+
+class View:
+    """What browsers see of one stage.
+
+    `show` may be called from any thread. A browser that joins late gets the present frame.
+    """
+
+    def __init__(self, scene: Scene, loop: asyncio.AbstractEventLoop) -> None:
+        """A view of worlds of `scene`, served on `loop`."""
+        self._scene = scene
+        self._meshes = scene.meshes()
+        self._server = mounted_viser(loop, scene.title)
+        self._server.gui.configure_theme(
+            dark_mode=True, show_logo=False, show_share_button=False, control_width="small"
+        )
+        self._nodes: dict[str, Node] = {}
+        self._drawing = threading.Lock()
+        set_air(self._server, scene.look)
+
+    @property
+    def clients(self) -> int:
+        """Number of browsers that look at it now."""
+        return self._server.clients
+
+    def show(self, snapshot: Snapshot, fresh: bool = False) -> None:
+        """Draw the first world of `snapshot`; `fresh` where it is not the world shown before.
+
+        Pose and camera of a frame reach each browser together. Raises InvalidInputError, and
+        draws nothing, where the scene gives numbers that cannot be drawn.
+        """
+        bodies = self._scene.bodies(snapshot)
+        camera = checked_camera(self._scene.camera(snapshot))
+        with self._drawing:
+            new = [
+                body for body in bodies if fresh or not body.fixed or body.name not in self._nodes
+            ]
+            arrays = [checked(body) for body in new]
+            for body in new:
+                if body.mesh not in self._meshes:
+                    raise not_found(f"mesh of scene {self._scene.name!r}", body.mesh, self._meshes)
+            with self._server.atomic():
+                for body, placed in zip(new, arrays, strict=True):
+                    if body.name not in self._nodes:
+                        mesh = self._meshes[body.mesh]
+                        self._nodes[body.name] = Node(self._server, body.name, mesh)
+                    self._nodes[body.name].draw(*placed)
+                for name in self._nodes.keys() - {body.name for body in bodies}:
+                    self._nodes.pop(name).remove()
+                self._server.set_camera(*camera)
+            self._server.flush()
+
+    async def handle(self, websocket: WebSocket) -> None:
+        """Serve one browser's websocket until it leaves."""
+        await self._server.handle(websocket)
+
+    def close(self) -> None:
+        """End every connection."""
+        self._server.close()
+
+
+def checked_camera(camera: Camera) -> tuple[Point, Point, Point]:
+    """Position, point looked at and up of `camera`, all finite."""
+    points: list[Point] = []
+    for name in ("position", "look_at", "up"):
+        array = np.asarray(getattr(camera, name), dtype=np.float64)
+        if array.shape != (3,) or not np.isfinite(array).all():
+            raise InvalidInputError(
+                f"The camera's {name} is {array.tolist()}; it must be three finite numbers."
+            )
+        x, y, z = array.tolist()
+        points.append((x, y, z))
+    return points[0], points[1], points[2]

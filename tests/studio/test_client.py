@@ -1,0 +1,21 @@
+"""viser's client page, as it is served."""
+
+from __future__ import annotations
+
+import gzip
+
+from evastudio.studio.client import STYLE, client_page
+
+
+def test_the_page_is_whole_compressed_and_tagged() -> None:
+    page = client_page()
+    assert gzip.decompress(page.compressed) == page.html
+    assert len(page.compressed) < len(page.html)
+    assert page.etag.startswith('"')
+    assert page.etag.endswith('"')
+    assert client_page() is page
+
+
+def test_the_style_that_hides_viser_controls_comes_before_the_page_body() -> None:
+    head, _ = client_page().html.decode().split("</head>", 1)
+    assert STYLE in head
