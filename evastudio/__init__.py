@@ -1,13 +1,18 @@
 """EVA Studio: policies for virtual characters, learned from demonstrations.
 
 The same functions as the command line: `record`, `sessions`, `clean`, `fit`, `evaluate`,
-`scenes`, `check`; each but `check` takes a `Workspace` first.
+`scenes`, `check`; each but `check` takes a `Workspace` first. Importing the package registers
+every shipped scene with Gymnasium: `gymnasium.make("evastudio/Asteroids-v0")`.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+import gymnasium
+
+from evastudio.workspace import shipped
 
 if TYPE_CHECKING:
     from evastudio.learning.policy_files import load_policy, save_policy
@@ -49,3 +54,11 @@ def __getattr__(name: str) -> Any:
     if name not in _FROM:
         raise AttributeError(f"module 'evastudio' has no attribute {name!r}")
     return getattr(import_module(_FROM[name]), "check_file" if name == "check" else name)
+
+
+for _scene in sorted((shipped() / "scenes").glob("*.py")):
+    gymnasium.register(
+        id=f"evastudio/{_scene.stem.title().replace('_', '')}-v0",
+        entry_point="evastudio.world.environment:SceneEnvironment",
+        kwargs={"scene": _scene.stem},
+    )

@@ -257,14 +257,10 @@ def evaluate(
 def main() -> None:
     """Run the command line: what is refused is one sentence and exit code 2."""
     try:
-        app(standalone_mode=False)
+        app()
     except StudioError as error:
         print(f"evastudio: {error}", file=sys.stderr)
         sys.exit(2)
-    except typer.Exit as stop:
-        sys.exit(stop.exit_code)
-    except typer.Abort:
-        sys.exit(130)
 
 
 def _options(density: float | None, pairs: list[str] | None) -> dict[str, float]:

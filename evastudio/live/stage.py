@@ -53,7 +53,8 @@ class Status:
     steps: int
     drift_s: float
     """How far the latest step began after its time."""
-    pilot: str | None
+    policy: str | None
+    """Who plays: the name of a policy, or of another pilot."""
     seed: int
     options: Mapping[str, float]
     problem: str | None
@@ -192,7 +193,7 @@ class Stage:
             late_steps=self.late_steps,
             steps=self.steps,
             drift_s=self.drift_s,
-            pilot=None if self._pilot is None else self._pilot.name,
+            policy=None if self._pilot is None else self._pilot.name,
             seed=self.seed,
             options=dict(self.scene.values),
             problem=None if self.recorder is None else self.recorder.problem,

@@ -120,8 +120,9 @@ class LiveStage:
 
     def restart(self) -> None:
         """The same again in another world: a new take, or the policy once more."""
-        if self._stage.mode is Mode.PLAY and self._stage.status(0.0).pilot is not None:
-            self.play(str(self._stage.status(0.0).pilot))
+        policy = self.call(lambda: self._stage.status(time.monotonic()).policy)
+        if policy is not None:
+            self.play(policy)
         else:
             self.demonstrate()
 

@@ -65,13 +65,3 @@ class SceneEnvironment(gymnasium.Env):
         self._frame = percept.frame
         state: Array = percept.states[0]
         return state
-
-
-def register() -> None:
-    """Register every shipped scene in Gymnasium's namespace `evastudio` (an entry point)."""
-    for path in sorted((shipped() / "scenes").glob("*.py")):
-        gymnasium.register(
-            id=f"{path.stem.title().replace('_', '')}-v0",
-            entry_point="evastudio.world.environment:SceneEnvironment",
-            kwargs={"scene": path.stem},
-        )

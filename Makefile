@@ -1,0 +1,50 @@
+# make run | test | lint | bench-crossing: each sets up what it needs in .venv first.
+
+VENV ?= .venv
+PYTHON ?= python3
+BIN := $(VENV)/bin
+export PYTHONDONTWRITEBYTECODE = 1
+# One thread each for the linear algebra: the work is spread over processes, and figures repeat.
+export OPENBLAS_NUM_THREADS = 1
+
+.PHONY: run test lint format bench-crossing chromium clean
+
+run: $(VENV)/.installed
+	$(BIN)/evastudio
+
+test: $(VENV)/.dev chromium
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+format: $(VENV)/.dev
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench-crossing: $(VENV)/.dev
+	$(BIN)/python benchmarks/crossing.py
+
+# Debian's package where it can be installed, else Playwright's own.
+chromium: $(VENV)/.dev
+	@command -v chromium >/dev/null 2>&1 \
+	  || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1 \
+	       && apt-get update -q && apt-get install -y -q chromium; } \
+	  || $(BIN)/python -m playwright install chromium
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -q --upgrade pip
+
+$(VENV)/.installed: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install -q -e .
+	touch $@
+
+$(VENV)/.dev: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install -q -e '.[dev]'
+	touch $@ $(VENV)/.installed
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache

@@ -1,0 +1,127 @@
+"""What many tests need: a scene, a workspace, and a studio that really runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+import httpx
+import pytest
+
+from evastudio.demonstrations.store import Store
+from evastudio.workspace import Workspace, shipped
+from evastudio.world.loading import load_scene_file
+from evastudio.world.scene import Scene
+
+START_S = 60.0
+
+
+@pytest.fixture(scope="session")
+def asteroids() -> Callable[..., Scene]:
+    """The class of the shipped asteroid field."""
+    return load_scene_file(shipped() / "scenes" / "asteroids.py")
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Workspace:
+    return Workspace(tmp_path / "work").ready()
+
+
+@pytest.fixture
+def store(workspace: Workspace) -> Iterator[Store]:
+    with Store(workspace.store_url) as opened:
+        yield opened
+
+
+@dataclass
+class Studio:
+    """A studio in a process of its own."""
+
+    process: subprocess.Popen[str]
+    url: str
+    """As printed, token included."""
+    workspace: Workspace
+    client: httpx.Client = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.client = httpx.Client(
+            base_url=self.base,
+            headers={"Authorization": f"Bearer {self.token}"},
+            timeout=30.0,
+            trust_env=False,
+        )
+
+    @property
+    def base(self) -> str:
+        return self.url.partition("/?")[0]
+
+    @property
+    def token(self) -> str:
+        return self.url.partition("token=")[2]
+
+    def kill(self) -> None:
+        """As `kill -9` does."""
+        self.process.kill()
+        self.process.wait()
+
+    def stop(self) -> int:
+        """As SIGTERM does; the exit code."""
+        self.client.close()
+        self.process.terminate()
+        code = self.process.wait(timeout=30)
+        output: IO[str] | None = self.process.stdout
+        if output is not None:
+            output.close()
+        return code
+
+
+@pytest.fixture
+def start_studio(tmp_path: Path) -> Iterator[Callable[..., Studio]]:
+    """Start a studio on a workspace; all are stopped after the test."""
+    running: list[Studio] = []
+
+    def start(workspace: Workspace | None = None, python: str = sys.executable) -> Studio:
+        place = workspace or Workspace(tmp_path / "studio")
+        studio = launch(place, python)
+        running.append(studio)
+        return studio
+
+    yield start
+    for studio in running:
+        if studio.process.poll() is None:
+            studio.stop()
+        else:
+            studio.client.close()
+            if studio.process.stdout is not None:
+                studio.process.stdout.close()
+
+
+def launch(workspace: Workspace, python: str = sys.executable) -> Studio:
+    """A studio on a free port, once it listens."""
+    process = subprocess.Popen(
+        [
+            *(python, "-m", "evastudio", "studio", "--port", "0", "--no-browser", "--json"),
+            *("--workspace", str(workspace.root)),
+        ],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+    )
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    assert line, "the studio ended before it listened"
+    return Studio(process, json.loads(line)["url"], workspace)
+
+
+@pytest.fixture(scope="session")
+def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
+    """One studio that tests share; each brings its own sessions."""
+    running = launch(Workspace(tmp_path_factory.mktemp("shared")))
+    yield running
+    assert running.stop() == 0

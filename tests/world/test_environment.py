@@ -1,0 +1,45 @@
+"""Scenes as Gymnasium environments."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from evastudio.errors import InvalidInputError
+from evastudio.world.environment import SceneEnvironment
+from evastudio.world.scene import Scene
+
+
+def test_it_is_registered_and_passes_gymnasiums_own_check() -> None:
+    environment = gymnasium.make("evastudio/Asteroids-v0", density=1.0)
+    with pytest.warns(UserWarning, match="precision|symmetric|normalized|infinity|bound"):
+        check_env(environment.unwrapped, skip_render_check=True)
+
+
+def test_an_episode_is_the_same_world_as_anywhere_else(asteroids: Callable[..., Scene]) -> None:
+    scene = asteroids(density=0.5)
+    environment = SceneEnvironment(scene)
+    state, _ = environment.reset(seed=42)
+    snapshot = scene.worlds([42])
+    assert np.array_equal(state, scene.perception().perceive(snapshot).states[0])
+    total, ended, steps = 0.0, False, 0
+    while not ended:
+        state, reward, ended, _, info = environment.step(np.zeros(2))
+        total += reward
+        steps += 1
+    assert info["outcome"] in scene.outcomes[1:]
+    good = info["outcome"] in scene.successes
+    assert total == pytest.approx(2.0 if good else steps * 10 / 15 / 360 - 1.0, abs=0.01)
+
+
+def test_a_wrong_action_is_refused(asteroids: Callable[..., Scene]) -> None:
+    environment = SceneEnvironment(asteroids())
+    environment.reset(seed=1)
+    with pytest.raises(InvalidInputError, match="NaN"):
+        environment.step(np.array([np.nan, 0.0]))
+    with pytest.raises(InvalidInputError, match="expected"):
+        environment.step(np.zeros(3))
