@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import logging
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from sqlalchemy.exc import SQLAlchemyError
@@ -16,13 +17,19 @@ from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
 
+logger = logging.getLogger(__name__)
+
 CHUNK_S = 0.4
 """Longest time that pairs wait in memory; with the write itself it stays under 0.5 s."""
 
 
+Row = tuple[Array, Array, Snapshot]
+"""State (1, n), action (1, m) and moment of one decision step."""
+
+
 @dataclass
 class _Running:
-    """A take in the making. Only the writing thread touches `id` and `unwritten`."""
+    """A take in the making. Only the writing thread touches `id` and `written`."""
 
     scene: Scene
     seed: int
@@ -31,8 +38,7 @@ class _Running:
     snapshot: Snapshot
     started_at: float
     pairs: int = 0
-    buffer: list[tuple[Array, Array, Snapshot]] = field(default_factory=list)
-    unwritten: list[tuple[Array, Array, Snapshot]] = field(default_factory=list)
+    buffer: list[Row] = field(default_factory=list)
     written: int = 0
     id: int | None = None
 
@@ -52,6 +58,7 @@ class Recorder:
         self._take: _Running | None = None
         self._last: _Running | None = None
         self._thrown: _Running | None = None
+        self._pending: deque[Callable[[], None]] = deque()
         self.problem: str | None = None
         """Why the latest write failed, or None."""
 
@@ -95,11 +102,7 @@ class Recorder:
         if take is not None and take.buffer:
             rows, take.buffer = take.buffer, []
 
-            def write() -> None:
-                take.unwritten.extend(rows)
-                self._write(take)
-
-            self._submit(write)
+            self._submit(lambda: self._write(take, rows))
 
     def end(self, outcome: str | None, now: float) -> None:
         """End the running take, if any; `outcome` None where it was broken off."""
@@ -110,7 +113,6 @@ class Recorder:
         self._take, self._last, self._thrown = None, take, None
 
         def finish() -> None:
-            self._write(take)
             if take.id is not None and outcome is not None:
                 self._store.finish_take(take.id, outcome, now)
 
@@ -146,29 +148,37 @@ class Recorder:
         return True
 
     def settle(self, then: Callable[[], None]) -> None:
-        """Call `then` on the writing thread once everything asked for so far is done."""
-        self._submit(then)
+        """Call `then` on the writing thread after everything asked for so far."""
+
+        def told() -> None:
+            try:
+                then()
+            except (SQLAlchemyError, StudioError, OSError) as error:
+                logger.warning("The store could not be read: %s", _reason(error))
+
+        self._writer.submit(told)
 
     def close(self, now: float) -> None:
         """End the running take and return when everything is written."""
         self.end(None, now)
         self._writer.shutdown(wait=True)
 
-    def _submit(self, work: Callable[[], Any]) -> None:
-        def guarded() -> None:
+    def _submit(self, work: Callable[[], None]) -> None:
+        self._writer.submit(self._drain, work)
+
+    def _drain(self, work: Callable[[], None]) -> None:
+        """Do `work` after what failed before; what fails now stays first in line."""
+        self._pending.append(work)
+        while self._pending:
             try:
-                work()
+                self._pending[0]()
             except (SQLAlchemyError, StudioError, OSError) as error:
                 self.problem = f"Recording goes on in memory, saving failed: {_reason(error)}"
-            else:
-                self.problem = None
+                return
+            self._pending.popleft()
+        self.problem = None
 
-        self._writer.submit(guarded)
-
-    def _write(self, take: _Running) -> None:
-        rows = list(take.unwritten)
-        if not rows:
-            return
+    def _write(self, take: _Running, rows: list[Row]) -> None:
         if take.id is None:
             take.id = self._store.begin_take(
                 self.session,
@@ -191,7 +201,6 @@ class Recorder:
             moving,
         )
         take.written += len(rows)
-        del take.unwritten[: len(rows)]
 
 
 def _reason(error: Exception) -> str:

@@ -293,7 +293,7 @@ def _take(row: Row[Any]) -> TakeRecord:
         options=json.loads(row.options),
         pilot=row.pilot,
         pairs=int(row.pairs),
-        seconds=int(row.pairs) * row.dt_s,
+        seconds=round(int(row.pairs) * row.dt_s, 6),
         outcome=row.outcome,
         started_at=row.started_at,
         trashed=row.trashed_at is not None,
@@ -324,7 +324,7 @@ def _session(connection: Connection, row: Row[Any]) -> SessionRecord:
         takes_kept=int(counts[0]),
         takes_trashed=int(counts[1] - counts[0]),
         pairs=int(sums[0]),
-        seconds=float(sums[1]),
+        seconds=round(float(sums[1]), 6),
         cleaning=_cleaning(connection, row.id),
     )
 

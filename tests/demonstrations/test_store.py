@@ -1,0 +1,184 @@
+"""The session store keeps what it was given, and says what it cannot read."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evastudio.demonstrations.recorder import Recorder
+from evastudio.demonstrations.records import TakeData
+from evastudio.demonstrations.replay import replay_take
+from evastudio.demonstrations.store import Store
+from evastudio.errors import InvalidInputError, NotFoundError, StorageError
+from evastudio.workspace import Workspace
+from evastudio.world.scene import Scene
+
+
+def demonstrate(store: Store, session: int, scene: Scene, seed: int, steps: int) -> int:
+    """Record a take of `steps` wobbling decisions; its id."""
+    recorder = Recorder(store, session)
+    snapshot = scene.worlds([seed])
+    recorder.begin(scene, snapshot, seed, "test", 1.0)
+    rng = np.random.default_rng(seed)
+    for _ in range(steps):
+        actions = scene.action.clip(rng.normal(0.0, 0.05, (1, scene.action.size)))
+        recorder.add(scene.perception().perceive(snapshot).states, actions, snapshot)
+        snapshot = scene.step(snapshot, actions)
+    recorder.end("crossed", 2.0)
+    recorder.close(2.0)
+    assert recorder.problem is None
+    return store.takes(session)[-1].id
+
+
+@pytest.fixture
+def scene(asteroids: Callable[..., Scene]) -> Scene:
+    return asteroids(density=1.0)
+
+
+@pytest.fixture
+def session(store: Store, scene: Scene) -> int:
+    return store.create_session(scene, "A session", "test", 0.0)
+
+
+def test_counts_come_from_what_is_stored(store: Store, scene: Scene, session: int) -> None:
+    demonstrate(store, session, scene, 1, 31)
+    second = demonstrate(store, session, scene, 2, 14)
+    record = store.session(session)
+    assert (record.takes_kept, record.pairs, record.seconds) == (2, 45, 3.0)
+    take = store.take(second)
+    assert (take.number, take.seed, take.pairs, take.outcome) == (2, 2, 14, "crossed")
+    assert take.options == {"density": 1.0, "half_width": 100.0}
+
+
+def test_a_take_replays_bit_for_bit(store: Store, scene: Scene, session: int) -> None:
+    take = demonstrate(store, session, scene, 2**52 + 7, 100)
+    record, data = store.take(take), store.load_take(take)
+    again = replay_take(scene, record, data)
+    for name in (*data.snapshots.moving, *data.snapshots.fixed):
+        assert data.snapshots[name].dtype == again[name].dtype
+        assert np.array_equal(data.snapshots[name], again[name]), name
+    states = np.concatenate(
+        [scene.perception().perceive(again.take(slice(i, i + 1))).states for i in range(100)]
+    )
+    assert np.array_equal(states, data.states)
+    assert np.array_equal(scene.perception().perceive(data.snapshots).states, data.states)
+
+
+def test_trash_leaves_out_restore_brings_back(store: Store, scene: Scene, session: int) -> None:
+    take = demonstrate(store, session, scene, 1, 10)
+    store.trash_take(take, 3.0)
+    record = store.session(session)
+    assert (record.takes_kept, record.takes_trashed, record.pairs) == (0, 1, 0)
+    assert store.takes(session) == []
+    assert [one.id for one in store.takes(session, trashed=True)] == [take]
+    store.restore_take(take)
+    assert store.session(session).pairs == 10
+
+
+def test_only_emptying_the_trash_deletes(store: Store, scene: Scene, session: int) -> None:
+    gone, kept = (demonstrate(store, session, scene, seed, 10) for seed in (1, 2))
+    store.save_cleaning(session, {}, {gone: np.zeros(10, dtype=bool)}, 3.0)
+    store.trash_take(gone, 4.0)
+    assert store.empty_trash(session) == 1
+    with pytest.raises(NotFoundError, match="no take"):
+        store.take(gone)
+    assert store.load_take(kept).actions.shape == (10, 2)
+
+
+def test_cleanings_mark_and_are_undone(store: Store, scene: Scene, session: int) -> None:
+    take = demonstrate(store, session, scene, 1, 20)
+    mask = np.arange(20) % 3 == 0
+    store.save_cleaning(session, {"n_neighbors": 9}, {take: mask}, 5.0)
+    cleaning = store.session(session).cleaning
+    assert cleaning is not None
+    assert (cleaning.pairs, cleaning.removed, cleaning.stale) == (20, 7, False)
+    assert np.array_equal(store.marks(session)[take], mask)
+    assert store.session(session).pairs == 20
+    demonstrate(store, session, scene, 2, 5)
+    changed = store.session(session).cleaning
+    assert changed is not None
+    assert changed.stale
+    assert store.undo_cleaning(session)
+    assert store.session(session).cleaning is None
+    assert store.marks(session) == {}
+    assert not store.undo_cleaning(session)
+
+
+def test_sessions_are_found_by_id_and_by_name(store: Store, scene: Scene, session: int) -> None:
+    assert store.session(session).name == "A session"
+    assert store.session(str(session)).id == session
+    assert store.session("A session").id == session
+    newer = store.create_session(scene, "A session", "test", 1.0)
+    assert store.session("A session").id == newer
+    with pytest.raises(NotFoundError, match="evastudio sessions"):
+        store.session("Another")
+
+
+@pytest.mark.parametrize("name", ["", "   ", "a\nb", "x" * 201, "\x00"])
+def test_a_name_that_cannot_be_shown_is_refused(store: Store, scene: Scene, name: str) -> None:
+    with pytest.raises(InvalidInputError, match="printable"):
+        store.create_session(scene, name, "test", 0.0)
+
+
+def test_what_was_written_is_there_for_the_next_who_opens(
+    workspace: Workspace, scene: Scene
+) -> None:
+    with Store(workspace.store_url) as first:
+        session = first.create_session(scene, "Kept", "test", 0.0)
+        take = demonstrate(first, session, scene, 1, 12)
+        before = first.load_take(take)
+        identity = first.identity
+    with Store(workspace.store_url) as second:
+        after: TakeData = second.load_take(take)
+        assert second.identity == identity
+    assert np.array_equal(before.actions, after.actions)
+
+
+def test_a_foreign_or_damaged_database_is_refused_and_left_alone(tmp_path: Path) -> None:
+    text = tmp_path / "text.db"
+    text.write_bytes(b"not a database at all, just text " * 100)
+    with pytest.raises(StorageError, match="cannot be opened"):
+        Store(f"sqlite:///{text}")
+    assert text.read_bytes().startswith(b"not a database")
+
+    other = tmp_path / "other.db"
+    with sqlite3.connect(other) as connection:
+        connection.execute("create table recipes (id integer)")
+    connection.close()
+    with pytest.raises(StorageError, match="other tables"):
+        Store(f"sqlite:///{other}")
+
+
+def test_a_truncated_store_is_refused(workspace: Workspace, scene: Scene) -> None:
+    with Store(workspace.store_url) as store:
+        session = store.create_session(scene, "Cut", "test", 0.0)
+        demonstrate(store, session, scene, 1, 30)
+    path = workspace.root / "studio.db"
+    path.write_bytes(path.read_bytes()[:5000])
+    with pytest.raises(StorageError, match="cannot be opened"):
+        Store(workspace.store_url)
+
+
+def test_a_newer_store_is_refused(workspace: Workspace) -> None:
+    Store(workspace.store_url).close()
+    with sqlite3.connect(workspace.root / "studio.db") as connection:
+        connection.execute("update evastudio_store set version = 99")
+    connection.close()
+    with pytest.raises(StorageError, match="version 99"):
+        Store(workspace.store_url)
+
+
+@pytest.mark.parametrize("url", ["nonsense", "nodb://x/y", "sqlite:////no/such/folder/studio.db"])
+def test_an_address_that_leads_nowhere_is_refused(url: str) -> None:
+    with pytest.raises(StorageError, match="session store"):
+        Store(url)
+
+
+def test_a_password_is_not_told(tmp_path: Path) -> None:
+    with pytest.raises(StorageError) as told:
+        Store("nodb://someone:secret@host/base")
+    assert "secret" not in str(told.value)
