@@ -53,9 +53,10 @@ class Node:
         self._mesh = mesh
         self._handle: Any = None
         self._count = 0
+        self._pose: tuple[list[float], list[float]] | None = None
 
     def draw(self, positions: Numbers, wxyzs: Numbers, scales: Numbers) -> None:
-        """Show the instances, given as `checked` returns them."""
+        """Show the instances, given as `checked` returns them; what stands still costs nothing."""
         count = len(positions)
         if count != self._count:
             self.remove()
@@ -63,7 +64,10 @@ class Node:
             if count:
                 self._handle = self._add(positions, wxyzs, scales)
         elif count == 1:
-            self._server.set_pose(self._name, positions[0].tolist(), wxyzs[0].tolist())
+            pose = (positions[0].tolist(), wxyzs[0].tolist())
+            if pose != self._pose:
+                self._server.set_pose(self._name, *pose)
+                self._pose = pose
             if scales[0] != self._handle.batched_scales[0]:
                 self._handle.batched_scales = scales
         elif count:
@@ -77,6 +81,7 @@ class Node:
             self._handle.remove()
             self._handle = None
         self._count = 0
+        self._pose = None
 
     def _add(self, positions: Numbers, wxyzs: Numbers, scales: Numbers) -> Any:
         place: dict[str, Any] = {

@@ -32,6 +32,7 @@ class View:
             dark_mode=True, show_logo=False, show_share_button=False, control_width="small"
         )
         self._nodes: dict[str, Node] = {}
+        self._camera: tuple[Point, Point, Point] | None = None
         self._drawing = threading.Lock()
         set_air(self._server, scene.look)
 
@@ -43,8 +44,9 @@ class View:
     def show(self, snapshot: Snapshot, fresh: bool = False) -> None:
         """Draw the first world of `snapshot`; `fresh` where it is not the world shown before.
 
-        Pose and camera of a frame reach each browser together. Raises InvalidInputError, and
-        draws nothing, where the scene gives numbers that cannot be drawn.
+        Pose and camera of a frame reach each browser together. The camera is left alone while
+        the scene keeps it still, so that a person can look around in a world at rest. Raises
+        InvalidInputError, and draws nothing, where the scene gives numbers that cannot be drawn.
         """
         bodies = self._scene.bodies(snapshot)
         camera = checked_camera(self._scene.camera(snapshot))
@@ -64,7 +66,9 @@ class View:
                     self._nodes[body.name].draw(*placed)
                 for name in self._nodes.keys() - {body.name for body in bodies}:
                     self._nodes.pop(name).remove()
-                self._server.set_camera(*camera)
+                if fresh or camera != self._camera:
+                    self._server.set_camera(*camera)
+                    self._camera = camera
             self._server.flush()
 
     async def handle(self, websocket: WebSocket) -> None:

@@ -1,0 +1,87 @@
+/** The REST side of the server. Every failure is an Error whose message a person can read. */
+
+/** @typedef {import("./types.js").Scene} Scene */
+/** @typedef {import("./types.js").Session} Session */
+/** @typedef {import("./types.js").Take} Take */
+/** @typedef {import("./types.js").Policy} Policy */
+/** @typedef {import("./types.js").Job} Job */
+/** @typedef {import("./types.js").Stage} Stage */
+
+const ROOT = "/api/v1";
+
+/** The server answered, but not with what was asked for. */
+export class Refusal extends Error {
+  /**
+   * @param {number} status
+   * @param {string} detail
+   */
+  constructor(status, detail) {
+    super(detail);
+    this.status = status;
+  }
+}
+
+/**
+ * @param {string} method
+ * @param {string} path
+ * @param {object} [body]
+ * @returns {Promise<any>}
+ */
+async function ask(method, path, body) {
+  let answer;
+  try {
+    answer = await fetch(ROOT + path, {
+      method,
+      headers: body === undefined ? {} : { "Content-Type": "application/json" },
+      body: body === undefined ? undefined : JSON.stringify(body),
+    });
+  } catch {
+    throw new Error("The studio does not answer. Is it still running?");
+  }
+  const json = answer.status === 204 ? null : await answer.json().catch(() => null);
+  if (!answer.ok) {
+    const detail = json?.detail ?? `The studio answered ${answer.status} ${answer.statusText}.`;
+    throw new Refusal(answer.status, detail);
+  }
+  return json;
+}
+
+/** @param {string} text */
+const q = (text) => encodeURIComponent(text);
+
+export const api = {
+  /** @returns {Promise<Scene[]>} */
+  scenes: async () => (await ask("GET", "/scenes")).items,
+  /** @param {string} scene @returns {Promise<Session[]>} */
+  sessions: async (scene) => (await ask("GET", `/sessions?scene=${q(scene)}`)).items,
+  /** @param {string} scene @param {string} name @returns {Promise<Session>} */
+  makeSession: (scene, name) => ask("POST", "/sessions", { scene, name }),
+  /** @param {number} session @returns {Promise<Take[]>} */
+  takes: async (session) => (await ask("GET", `/sessions/${session}/takes`)).items,
+  /** @param {number} take @returns {Promise<Take>} */
+  trash: (take) => ask("POST", `/takes/${take}/trash`),
+  /** @param {number} take @returns {Promise<Take>} */
+  restore: (take) => ask("POST", `/takes/${take}/restore`),
+  /** @param {number} session @returns {Promise<Job>} */
+  clean: (session) => ask("POST", `/sessions/${session}/clean`, {}),
+  /** @param {number} session @returns {Promise<Session>} */
+  unclean: (session) => ask("DELETE", `/sessions/${session}/clean`),
+  /** @param {number} session @param {string} learner @returns {Promise<Job>} */
+  fit: (session, learner) => ask("POST", `/sessions/${session}/fit`, { learner }),
+  /** @returns {Promise<Job[]>} */
+  jobs: async () => (await ask("GET", "/jobs")).items,
+  /** @param {number} job @returns {Promise<Job>} */
+  cancel: (job) => ask("DELETE", `/jobs/${job}`),
+  /** @param {string} scene @returns {Promise<Policy[]>} */
+  policies: async (scene) => (await ask("GET", `/policies?scene=${q(scene)}`)).items,
+  /**
+   * @param {string} scene
+   * @param {Record<string, number>} options
+   * @param {number | null} session
+   * @returns {Promise<Stage>}
+   */
+  openStage: (scene, options, session) =>
+    ask("POST", "/stages", session === null ? { scene, options } : { scene, options, session }),
+  /** @param {string} stage @returns {Promise<object>} */
+  stage: (stage) => ask("GET", `/stages/${q(stage)}`),
+};

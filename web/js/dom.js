@@ -1,0 +1,59 @@
+/** Finding and making elements. */
+
+/**
+ * The element with that id, of that class.
+ * @template {HTMLElement} T
+ * @param {string} id
+ * @param {new () => T} kind
+ * @returns {T}
+ */
+export function byId(id, kind) {
+  const found = document.getElementById(id);
+  if (!(found instanceof kind)) throw new Error(`The page has no ${kind.name} #${id}.`);
+  return found;
+}
+
+/**
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag
+ * @param {Record<string, string>} [attributes]
+ * @param {...(Node | string)} children
+ * @returns {HTMLElementTagNameMap[K]}
+ */
+export function make(tag, attributes = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+/**
+ * Set the text only where it differs, so that screen readers hear changes alone.
+ * @param {HTMLElement} element
+ * @param {string} text
+ */
+export function say(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
+/**
+ * Fill a select, leaving it alone where nothing has changed (an open list would close).
+ * @param {HTMLSelectElement} select
+ * @param {{value: string, text: string, disabled?: boolean}[]} options
+ * @param {string} value
+ */
+export function fill(select, options, value) {
+  const key = JSON.stringify(options);
+  if (select.dataset.key !== key) {
+    select.dataset.key = key;
+    select.replaceChildren(
+      ...options.map(({ value: own, text, disabled }) => {
+        const option = make("option", { value: own }, text);
+        option.disabled = disabled ?? false;
+        option.selected = own === value;
+        return option;
+      }),
+    );
+  }
+  if (select.value !== value) select.value = value;
+}

@@ -1,0 +1,197 @@
+/** Puts the page together: the state, the link to the server, and the parts that show it. */
+
+import { api } from "./api.js";
+import { byId } from "./dom.js";
+import { hud } from "./hud.js";
+import { isOpen, jobs } from "./jobs.js";
+import { keyHelp, showHeld } from "./keyhelp.js";
+import { Keys } from "./keys.js";
+import { Link } from "./link.js";
+import { meaningOf } from "./meaning.js";
+import { session } from "./needs.js";
+import { attempt, notify } from "./notices.js";
+import { options } from "./options.js";
+import { defaultPolicy, policies } from "./policies.js";
+import { sessions } from "./sessions.js";
+import { steps } from "./steps.js";
+import { Store } from "./store.js";
+import { takes } from "./takes.js";
+import { plural } from "./words.js";
+
+/** @typedef {import("./types.js").Job} Job */
+/** @typedef {import("./types.js").Status} Status */
+
+const store = new Store({
+  scenes: [],
+  scene: null,
+  sessions: [],
+  session: null,
+  takes: [],
+  policies: [],
+  policy: null,
+  learner: "svr",
+  options: {},
+  jobs: [],
+  status: null,
+  connected: false,
+});
+const view = byId("view", HTMLIFrameElement);
+const banner = byId("connection", HTMLElement);
+
+// -- the server ----------------------------------------------------------------------------------
+
+/** Everything that the page reads before it can open a stage. */
+async function openStage() {
+  const scenes = await api.scenes();
+  const scene = scenes.find(({ name }) => name === store.state.scene?.name) ?? scenes[0] ?? null;
+  if (scene === null) throw new Error("This workspace has no scene.");
+  const changed = scene.name !== store.state.scene?.name;
+  const known = await api.sessions(scene.name);
+  const same = known.some(({ id }) => id === store.state.session);
+  const chosen = same ? store.state.session : (known[0]?.id ?? null);
+  store.set({ scenes, scene, sessions: known, session: chosen, ...(changed && { options: {} }) });
+  return api.openStage(scene.name, store.state.options, chosen);
+}
+
+const link = new Link(openStage);
+link.addEventListener("stage", (event) => {
+  view.src = /** @type {CustomEvent} */ (event).detail.view;
+});
+link.addEventListener("open", () => {
+  // The view connects anew by itself only while it has the focus.
+  if (!banner.hidden && link.stage) view.src = link.stage.view;
+  banner.hidden = true;
+  store.set({ connected: true });
+  attempt(async () => {
+    store.set({ jobs: (await api.jobs()).filter(isOpen) });
+    await reload();
+  });
+});
+link.addEventListener("lost", (event) => {
+  const why = /** @type {CustomEvent<string>} */ (event).detail;
+  keys.releaseAll();
+  banner.textContent = why || "The connection to the studio was lost. Trying again…";
+  banner.hidden = false;
+  store.set({ connected: false });
+});
+link.addEventListener("message", (event) => {
+  const { type, ...content } = /** @type {CustomEvent} */ (event).detail;
+  if (type === "status") onStatus(content);
+  else if (type === "job") onJob(content);
+  else if (type === "notice") notify(content.text, content.level);
+});
+
+/** @param {Status} status */
+function onStatus(status) {
+  const before = store.state.status;
+  const chosen = status.session?.id ?? store.state.session;
+  const moved = chosen !== store.state.session;
+  store.set({ status, session: chosen });
+  if (status.problem && status.problem !== before?.problem) notify(status.problem, "error");
+  const counted =
+    status.takes_kept !== before?.takes_kept ||
+    status.pairs_kept !== before?.pairs_kept ||
+    status.can_undo !== before?.can_undo;
+  if (moved || (before && counted)) attempt(reload);
+}
+
+/** @param {Job} job */
+function onJob(job) {
+  const others = store.state.jobs.filter(({ id }) => id !== job.id);
+  store.set({ jobs: isOpen(job) ? [...others, job] : others });
+  if (job.state === "failed") notify(job.error ?? "It did not work.", "error");
+  if (job.state !== "done") return;
+  attempt(async () => {
+    if (job.kind === "fit" && job.session === store.state.session) {
+      await reload(String(job.result?.policy));
+      notify(`“${job.result?.policy}” is ready to play.`);
+    } else {
+      await reload();
+      if (job.kind === "clean") notify(`${plural(job.result?.removed ?? 0, "pair")} taken out.`);
+    }
+  });
+}
+
+/**
+ * Read sessions, takes and policies again.
+ * @param {string | null} [policy] the one to play from now on
+ */
+async function reload(policy = store.state.policy) {
+  const { scene, session: id } = store.state;
+  if (scene === null) return;
+  const [known, all, found] = await Promise.all([
+    api.sessions(scene.name),
+    api.policies(scene.name),
+    id === null ? [] : api.takes(id),
+  ]);
+  if (store.state.session !== id || store.state.scene !== scene) return;
+  store.set({ sessions: known, policies: all, takes: found, policy: defaultPolicy(all, policy) });
+}
+
+// -- the person ----------------------------------------------------------------------------------
+
+let sequence = 0;
+const keys = new Keys(
+  (event, onControl) => meaningOf(store.state, event, onControl),
+  (held, timeMs) => {
+    showHeld(held);
+    link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence });
+  },
+  (name) => link.command(name),
+);
+keys.attachFrame(view);
+store.watch(({ status }) => {
+  const steering = status?.mode === "demonstrate" && status.phase !== "ended";
+  if (!steering) keys.releaseAll();
+});
+
+/** Keys go to the character, Space to the pause: no button must be in their way. */
+const focusView = () => (view.contentWindow ?? view).focus();
+
+/** @param {(id: number) => Promise<unknown>} work */
+const onSession = (work) =>
+  attempt(async () => {
+    const now = session(store.state);
+    if (now) await work(now.id);
+  });
+
+steps(store, {
+  demonstrate: () => {
+    link.command("demonstrate", { options: store.state.options });
+    focusView();
+  },
+  clean: () => onSession(async (id) => onJob(await api.clean(id))),
+  fit: () => onSession(async (id) => onJob(await api.fit(id, store.state.learner))),
+  play: () => {
+    link.command("play", { policy: store.state.policy, options: store.state.options });
+    focusView();
+  },
+  stop: () => link.command("stop"),
+  undo: () => link.command("undo"),
+});
+byId("unclean", HTMLButtonElement).addEventListener("click", () =>
+  onSession(async (id) => {
+    await api.unclean(id);
+    await reload();
+  }),
+);
+sessions(store, {
+  chooseScene: (name) => {
+    const scene = store.state.scenes.find((one) => one.name === name) ?? null;
+    store.set({ scene, session: null, takes: [], policy: null, options: {}, status: null });
+    link.connect(true);
+  },
+  chooseSession: (id) => {
+    store.set({ session: id, takes: [] });
+    link.command("session", { session: id });
+    attempt(reload);
+  },
+});
+
+takes(store, reload);
+options(store);
+policies(store);
+jobs(store);
+hud(store);
+keyHelp(store);
+link.connect();

@@ -1,0 +1,64 @@
+/** What is possible now; where something is not, the sentence that says what it needs first. */
+
+/** @typedef {import("./types.js").State} State */
+/** @typedef {"demonstrate" | "clean" | "fit" | "play" | "stop" | "undo"} Action */
+
+/** @param {State} state */
+export const session = (state) => state.sessions.find(({ id }) => id === state.session) ?? null;
+
+/** @param {State} state */
+export const policy = (state) => state.policies.find(({ name }) => name === state.policy) ?? null;
+
+/** @param {State} state */
+const demonstrating = ({ status }) =>
+  status?.mode === "demonstrate" && ["countdown", "recording", "paused"].includes(status.phase);
+
+/**
+ * @param {State} state
+ * @param {string} kind
+ */
+export const jobOf = (state, kind) =>
+  state.jobs.find((job) => job.kind === kind && job.session === state.session) ?? null;
+
+/**
+ * @param {State} state
+ * @param {"clean" | "fit"} kind
+ */
+function work(state, kind) {
+  if (jobOf(state, kind)) return kind === "clean" ? "Cleaning is under way" : "Fitting is under way";
+  if (demonstrating(state)) return "Finish the take first";
+  return session(state)?.pairs ? null : "Record a take first";
+}
+
+/**
+ * A sentence for each action that is not possible, null for those that are.
+ * @param {State} state
+ * @returns {Record<Action, string | null>}
+ */
+export function needs(state) {
+  const { status, connected } = state;
+  const away = connected && status !== null ? null : "Waiting for the studio";
+  const chosen = policy(state);
+  return {
+    demonstrate: away ?? (demonstrating(state) ? "You are demonstrating" : null),
+    clean: away ?? work(state, "clean"),
+    fit: away ?? work(state, "fit"),
+    play: away ?? (chosen === null ? "Fit a policy first" : chosen.problem),
+    stop: away ?? (status?.phase === "ready" ? "Nothing is running" : null),
+    undo: away ?? (status?.can_undo ? null : "Nothing was thrown away"),
+  };
+}
+
+/**
+ * The step that leads on from here, for the eye to find.
+ * @param {State} state
+ * @returns {Action}
+ */
+export function nextStep(state) {
+  const now = session(state);
+  if (!now?.pairs) return "demonstrate";
+  const own = state.policies.find((one) => !one.shipped && one.session === now.name);
+  if (own && !own.stale) return "play";
+  if (now.cleaning && !now.cleaning.stale) return "fit";
+  return "clean";
+}

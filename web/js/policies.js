@@ -1,0 +1,45 @@
+/** Which policy plays, and how the next one is fitted. */
+
+import { byId, fill } from "./dom.js";
+
+/** @typedef {import("./types.js").Policy} Policy */
+
+/** @param {Policy} policy */
+function text({ name, shipped, stale, problem }) {
+  const marks = [];
+  if (problem) marks.push("cannot play");
+  else if (stale) marks.push("out of date");
+  if (shipped) marks.push("comes with the studio");
+  return marks.length ? `${name} (${marks.join(", ")})` : name;
+}
+
+/** @param {import("./store.js").Store} store */
+export function policies(store) {
+  const choice = byId("policy", HTMLSelectElement);
+  choice.addEventListener("change", () => store.set({ policy: choice.value }));
+  for (const radio of document.querySelectorAll('input[name="learner"]')) {
+    radio.addEventListener("change", () => {
+      const { value } = /** @type {HTMLInputElement} */ (radio);
+      store.set({ learner: value === "knn" ? "knn" : "svr" });
+    });
+  }
+  store.watch((state, before) => {
+    if (state.policies === before.policies && state.policy === before.policy && choice.length) return;
+    const known = state.policies.map((one) => ({ value: one.name, text: text(one) }));
+    const none = [{ value: "", text: "No policy yet", disabled: true }];
+    fill(choice, known.length ? known : none, state.policy ?? "");
+  });
+}
+
+/**
+ * The one to play when nobody has chosen: the newest of one's own, else one that comes along.
+ * @param {Policy[]} all
+ * @param {string | null} chosen
+ */
+export function defaultPolicy(all, chosen) {
+  if (all.some((one) => one.name === chosen)) return chosen;
+  const able = all.filter((one) => !one.problem);
+  const own = able.filter((one) => !one.shipped);
+  own.sort((a, b) => String(b.created).localeCompare(String(a.created)));
+  return (own[0] ?? able[0] ?? all[0])?.name ?? null;
+}

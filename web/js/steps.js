@@ -1,0 +1,95 @@
+/** The buttons of the four steps: what is possible, what is not and why, and what comes next. */
+
+import { byId, say } from "./dom.js";
+import { needs, nextStep, policy, session } from "./needs.js";
+import { notify } from "./notices.js";
+import { LEARNERS, count, plural } from "./words.js";
+
+/** @typedef {import("./types.js").State} State */
+/** @typedef {import("./needs.js").Action} Action */
+
+/** @type {Action[]} */
+const ACTIONS = ["demonstrate", "clean", "fit", "play", "stop", "undo"];
+
+/**
+ * @param {import("./store.js").Store} store
+ * @param {Record<Action, () => void>} act
+ */
+export function steps(store, act) {
+  for (const action of ACTIONS) {
+    const button = byId(action, HTMLButtonElement);
+    button.addEventListener("click", () => {
+      const missing = needs(store.state)[action];
+      if (missing === null) act[action]();
+      else notify(missing);
+    });
+  }
+  const sayings = ["demonstrate", "clean", "fit", "play"].map((step) =>
+    byId(`${step}-says`, HTMLElement),
+  );
+  for (const [i, step] of ["demonstrate", "clean", "fit", "play"].entries()) {
+    byId(step, HTMLButtonElement).setAttribute("aria-describedby", sayings[i].id);
+  }
+
+  store.watch((state) => {
+    const missing = needs(state);
+    const next = nextStep(state);
+    for (const action of ACTIONS) {
+      const button = byId(action, HTMLButtonElement);
+      button.setAttribute("aria-disabled", String(missing[action] !== null));
+      button.title = missing[action] ?? "";
+      button.classList.toggle("next", action === next && missing[action] === null);
+    }
+    byId("undo", HTMLElement).hidden = missing.undo !== null;
+    byId("unclean", HTMLElement).hidden = !session(state)?.cleaning;
+    const done = finished(state);
+    for (const item of document.querySelectorAll(".step")) {
+      const step = /** @type {HTMLElement} */ (item).dataset.step ?? "";
+      item.classList.toggle("done", done.includes(step));
+    }
+    const [demonstrate, clean, fit, play] = sayings;
+    say(demonstrate, missing.demonstrate ? demonstrationWords(state) : "Fly with the keys for a few minutes.");
+    say(clean, missing.clean ?? cleanWords(state));
+    clean.classList.toggle("warn", missing.clean === null && !!session(state)?.cleaning?.stale);
+    say(fit, missing.fit ?? LEARNERS[state.learner]);
+    say(play, missing.play ?? playWords(state));
+    play.classList.toggle("warn", !!policy(state)?.problem || !!policy(state)?.stale);
+  });
+}
+
+/** @param {State} state */
+function finished(state) {
+  const now = session(state);
+  const steps = [];
+  if (now?.pairs) steps.push("demonstrate");
+  if (now?.cleaning && !now.cleaning.stale) steps.push("clean");
+  if (now && state.policies.some((one) => one.session === now.name && !one.stale && !one.shipped)) {
+    steps.push("fit");
+  }
+  return steps;
+}
+
+/** @param {State} state */
+function demonstrationWords({ connected, status }) {
+  if (!connected || status === null) return "Waiting for the studio";
+  return status.phase === "paused" ? "Paused: Space goes on." : "Steer with the keys below the view.";
+}
+
+/** @param {State} state */
+function cleanWords(state) {
+  const cleaning = session(state)?.cleaning;
+  if (!cleaning) return "Takes out moments where you did opposite things.";
+  if (cleaning.stale) return "Your takes have changed since: clean again.";
+  const share = cleaning.pairs ? Math.round((100 * cleaning.removed) / cleaning.pairs) : 0;
+  return `${count(cleaning.removed)} of ${plural(cleaning.pairs, "pair")} taken out (${share} %).`;
+}
+
+/** @param {State} state */
+function playWords(state) {
+  const chosen = policy(state);
+  if (!chosen) return "";
+  if (chosen.stale) return "Your takes have changed since this was fitted: fit again to use them.";
+  const from = chosen.session ? ` from “${chosen.session}”` : "";
+  return `Learned from ${plural(chosen.pairs ?? 0, "pair")}${from}.`;
+}
+

@@ -1,0 +1,42 @@
+/**
+ * What the server sends, as the page uses it.
+ *
+ * @typedef {{name: string, label: string, default: number, low: number, high: number,
+ *   step: number, help: string}} Option
+ * @typedef {{field: string, label: string, negative: string[], positive: string[]}} Control
+ * @typedef {{name: string, title: string, version: number, dt_s: number, options: Option[],
+ *   controls: Control[], outcomes: string[], successes: string[]}} Scene
+ * @typedef {{pairs: number, removed: number, stale: boolean}} Cleaning
+ * @typedef {{id: number, name: string, scene: string, takes_kept: number, takes_trashed: number,
+ *   pairs: number, seconds: number, cleaning: Cleaning | null}} Session
+ * @typedef {{id: number, number: number, seed: number, pairs: number, seconds: number,
+ *   outcome: string | null, trashed: boolean, started_at: number}} Take
+ * @typedef {{name: string, scene: string, learner: string, pairs: number, session: string | null,
+ *   created: string | null, shipped: boolean, stale: boolean, problem: string | null}} Policy
+ * @typedef {"queued" | "running" | "done" | "failed" | "cancelled"} JobState
+ * @typedef {{id: number, kind: string, session: number | null, state: JobState, progress: number,
+ *   message: string, result: Record<string, any> | null, error: string | null}} Job
+ * @typedef {"ready" | "countdown" | "recording" | "paused" | "playing" | "ended"} Phase
+ * @typedef {{phase: Phase, mode: "demonstrate" | "play" | null, countdown_s: number,
+ *   pairs: number, seconds: number, takes_kept: number, pairs_kept: number,
+ *   session: {id: number, name: string} | null, progress: number, outcome: string | null,
+ *   success: boolean | null, can_undo: boolean, late_steps: number, steps: number,
+ *   pilot: string | null, problem: string | null, options: Record<string, number>}} Status
+ * @typedef {{id: string, view: string, socket: string}} Stage
+ *
+ * What the page knows at a moment.
+ * @typedef {object} State
+ * @property {Scene[]} scenes
+ * @property {Scene | null} scene
+ * @property {Session[]} sessions
+ * @property {number | null} session the one recorded into
+ * @property {Take[]} takes of that session
+ * @property {Policy[]} policies
+ * @property {string | null} policy the one that plays
+ * @property {"svr" | "knn"} learner
+ * @property {Record<string, number>} options for the next world
+ * @property {Job[]} jobs that wait or run
+ * @property {Status | null} status
+ * @property {boolean} connected
+ */
+export {};

@@ -1,0 +1,64 @@
+/** The words that a person reads. */
+
+/** @typedef {import("./types.js").State} State */
+/** @typedef {import("./types.js").Status} Status */
+
+/** @type {Record<string, string>} */
+const OUTCOMES = {
+  crossed: "Crossed!",
+  hit: "Hit a rock",
+  left: "Left the field",
+  late: "Out of time",
+};
+
+/** @type {Record<string, string>} */
+const KEYS = {
+  ArrowUp: "↑",
+  ArrowDown: "↓",
+  ArrowLeft: "←",
+  ArrowRight: "→",
+};
+
+/** @param {string} code a KeyboardEvent.code */
+export const keyName = (code) => KEYS[code] ?? code.replace(/^(Key|Digit)/, "");
+
+/** @param {string} outcome */
+export const outcomeWords = (outcome) =>
+  OUTCOMES[outcome] ?? outcome.charAt(0).toUpperCase() + outcome.slice(1);
+
+/** @param {number} n */
+export const count = (n) => n.toLocaleString("en");
+
+/** @param {number} n @param {string} one @param {string} [many] */
+export const plural = (n, one, many = `${one}s`) => `${count(n)} ${n === 1 ? one : many}`;
+
+/** @param {number} seconds */
+export function duration(seconds) {
+  if (seconds < 60) return `${seconds.toFixed(1)} s`;
+  const whole = Math.round(seconds);
+  return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;
+}
+
+/** @param {Status} status */
+export function phaseWords({ phase, mode, pilot }) {
+  switch (phase) {
+    case "ready":
+      return "Ready";
+    case "countdown":
+      return "Get ready";
+    case "recording":
+      return "Recording";
+    case "paused":
+      return "Paused";
+    case "playing":
+      return pilot ? `Playing: ${pilot}` : "Playing";
+    case "ended":
+      return mode === "play" ? "Playing ended" : "Take ended";
+  }
+}
+
+/** @type {Record<string, string>} */
+export const LEARNERS = {
+  svr: "Flows smoothly between the things you showed.",
+  knn: "Does what you did in the most similar moments.",
+};
