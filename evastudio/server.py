@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import signal
 import socket
 import webbrowser
 from collections.abc import AsyncIterator, Callable
@@ -138,6 +139,9 @@ def serve(settings: Settings, announce: Callable[[str], None]) -> None:
         if settings.browser:
             webbrowser.open(url)
 
+    # uvicorn ends cleanly at these and then raises them again, for the handlers set here.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: None)
     _Server(config, listening).run(sockets=[listener])
 
 

@@ -1,0 +1,110 @@
+"""Jobs run in processes of their own, tell how far they are, and can be ended."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from evastudio.demonstrations.store import Store
+from evastudio.errors import NotFoundError
+from evastudio.live import headless
+from evastudio.live.jobs import ENDED, Job, Jobs, JobState
+from evastudio.workspace import Workspace
+
+WAIT_S = 60.0
+
+
+class Watched:
+    """Jobs, and a way to wait for one to be as wanted."""
+
+    def __init__(self) -> None:
+        self.seen: list[Job] = []
+        self._changed = threading.Condition()
+        self.jobs = Jobs(self._note)
+
+    def _note(self, job: Job) -> None:
+        with self._changed:
+            self.seen.append(job)
+            self._changed.notify_all()
+
+    def until(self, number: int, wanted: Callable[[Job], bool]) -> Job:
+        with self._changed:
+            assert self._changed.wait_for(lambda: wanted(self.jobs.get(number)), WAIT_S)
+        return self.jobs.get(number)
+
+    def ended(self, number: int) -> Job:
+        return self.until(number, lambda job: job.state in ENDED)
+
+
+@pytest.fixture
+def watched() -> Iterator[Watched]:
+    made = Watched()
+    yield made
+    made.jobs.close()
+
+
+def test_a_job_tells_its_progress_and_its_result(watched: Watched, workspace: Workspace) -> None:
+    job = watched.jobs.submit(
+        "record", headless.record, workspace=workspace, scene="asteroids", minutes=0.5, seed=3
+    )
+    ended = watched.ended(job.id)
+    assert ended.state is JobState.DONE
+    assert ended.result is not None
+    assert ended.result["pairs"] == 450
+    states = [seen.state for seen in watched.seen]
+    assert states[0] is JobState.QUEUED
+    assert JobState.RUNNING in states
+    with Store(workspace.store_url) as store:
+        assert store.session(ended.result["session"]).pairs == 450
+
+
+def test_what_is_wrong_with_the_input_is_told_as_a_sentence(
+    watched: Watched, workspace: Workspace
+) -> None:
+    job = watched.jobs.submit("fit", headless.fit, 77, workspace=workspace)
+    ended = watched.ended(job.id)
+    assert ended.state is JobState.FAILED
+    assert ended.error is not None
+    assert "no session '77'" in ended.error
+
+
+def test_a_running_job_and_a_waiting_one_are_cancelled(
+    watched: Watched, workspace: Workspace
+) -> None:
+    arguments = {"workspace": workspace, "scene": "asteroids", "minutes": 500.0}
+    first = watched.jobs.submit("record", headless.record, **arguments)
+    second = watched.jobs.submit("record", headless.record, **arguments)
+    watched.until(first.id, lambda job: job.progress > 0.0)
+    watched.jobs.cancel(second.id)
+    watched.jobs.cancel(first.id)
+    assert watched.ended(first.id).state is JobState.CANCELLED
+    assert watched.ended(second.id).state is JobState.CANCELLED
+
+
+def test_a_killed_worker_is_told_and_the_next_job_runs(
+    watched: Watched, workspace: Workspace
+) -> None:
+    job = watched.jobs.submit(
+        "record", headless.record, workspace=workspace, scene="asteroids", minutes=500.0
+    )
+    watched.until(job.id, lambda job: job.progress > 0.0)
+    worker = watched.jobs.worker(job.id)
+    assert worker is not None
+    os.kill(worker, signal.SIGKILL)
+    ended = watched.ended(job.id)
+    assert ended.state is JobState.FAILED
+    assert ended.error is not None
+    assert "Run it again" in ended.error
+    again = watched.jobs.submit(
+        "record", headless.record, workspace=workspace, scene="asteroids", minutes=0.1
+    )
+    assert watched.ended(again.id).state is JobState.DONE
+
+
+def test_an_unknown_job_is_not_found(watched: Watched) -> None:
+    with pytest.raises(NotFoundError, match="no job 9"):
+        watched.jobs.get(9)

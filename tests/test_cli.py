@@ -1,0 +1,123 @@
+"""The command line: the same functions, JSON that scripts rely on, one sentence for mistakes."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from evastudio.workspace import shipped
+
+
+def evastudio(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "evastudio", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def as_json(*arguments: str | Path) -> Any:
+    done = evastudio(*arguments, "--json")
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_from_recording_to_evaluation(tmp_path: Path) -> None:
+    place = ("--workspace", tmp_path)
+    made = as_json(
+        *("record", "asteroids", "--pilot", "scripted:careful", "--minutes", "0.5"),
+        "--seed",
+        "3",
+        *place,
+    )
+    assert made["pairs"] == 450
+    session = str(made["session"])
+    assert [one["id"] for one in as_json("sessions", *place)] == [made["session"]]
+    assert as_json("clean", session, *place)["pairs"] == 450
+    out = tmp_path / "policy.safetensors"
+    fitted = as_json(
+        *("fit", session, "--learner", "knn", "--perception", "canonical"), "--out", out, *place
+    )
+    assert fitted["file"] == str(out)
+    result = as_json(
+        *("evaluate", out, "scripted:keys", "--worlds", "3", "--seed", "5", "--density", "1"),
+        *place,
+    )
+    assert result["scene"]["options"]["density"] == 1.0
+    figures = result["policies"][str(out)]
+    assert (
+        0.0 <= figures["interval"][0] <= figures["crossing_rate"] <= figures["interval"][1] <= 1.0
+    )
+    plain = evastudio("sessions", *place)
+    assert "scripted:careful" in plain.stdout
+
+
+def test_scenes_and_check(tmp_path: Path) -> None:
+    assert "asteroids" in [scene["name"] for scene in as_json("scenes", "--workspace", tmp_path)]
+    file = shipped() / "scenes" / "asteroids.py"
+    assert all(found["ok"] for found in as_json("check", file))
+    broken = tmp_path / "broken.py"
+    broken.write_text(file.read_text().replace("turn=heading - before", "turn=heading * np.inf"))
+    assert evastudio("check", broken).returncode == 1
+
+
+def refused(done: subprocess.CompletedProcess[str], says: str) -> None:
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stderr.startswith("evastudio: ")
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("record", "asteroid"), "Did you mean 'asteroids'"),
+        (("record", "asteroids", "--density", "-3"), "must be a number from"),
+        (("record", "asteroids", "--option", "half_width"), "name=value"),
+        (("fit", "12"), "no session '12'"),
+        (("fit", "12", "--out", "policy.pkl"), "ends in .safetensors"),
+        (("clean", "12", "--threshold", "some"), "must be a number"),
+        (("evaluate", "ghost"), "no policy 'ghost'"),
+        (("check", "nowhere.py"), "no scene file"),
+        (("studio", "--port", "99999"), "from 0 to 65535"),
+        (("studio", "--token", "short"), "at least 16"),
+        (("sessions", "--store", "nonsense"), "session store"),
+    ],
+)
+def test_a_mistake_is_one_sentence_and_exit_code_2(
+    tmp_path: Path, arguments: tuple[str, ...], says: str
+) -> None:
+    place = () if arguments[0] == "check" else ("--workspace", tmp_path)
+    refused(evastudio(*arguments, *place), says)
+
+
+def test_a_damaged_policy_and_a_foreign_database_are_refused(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.safetensors"
+    bad.write_bytes(b"\x00\x01 this is no policy")
+    refused(evastudio("evaluate", bad, "--workspace", tmp_path), "bad.safetensors")
+    (tmp_path / "studio.db").write_text("this is no database, but it is long enough to look at")
+    refused(evastudio("sessions", "--workspace", tmp_path), "cannot be opened")
+    assert (tmp_path / "studio.db").read_text().startswith("this is no database")
+
+
+def test_a_port_in_use_is_refused(tmp_path: Path) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        done = evastudio("studio", "--port", port, "--no-browser", "--workspace", tmp_path)
+    refused(done, f"cannot listen at 127.0.0.1 port {port}")
+
+
+def test_an_unknown_command_shows_the_usage() -> None:
+    done = evastudio("bogus")
+    assert done.returncode == 2
+    assert "No such command 'bogus'" in done.stderr
