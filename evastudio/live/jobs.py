@@ -104,6 +104,12 @@ class Jobs:
         with self._lock:
             return sorted(self._jobs.values(), key=lambda job: -job.id)
 
+    def worker(self, number: int) -> int | None:
+        """The process id of a running job's worker, or None."""
+        with self._lock:
+            worker = self._workers.get(number)
+        return None if worker is None else worker.pid
+
     def cancel(self, number: int) -> Job:
         """End a job that waits or runs; one that has ended stays as it is."""
         job = self.get(number)
