@@ -157,27 +157,27 @@ class Asteroids(Scene):
         self,
         snapshot: Snapshot,
         *,
-        berth: float = 6.0,
-        reach: float = 22.0,
-        strength: float = 0.30,
+        berth: float = 9.0,
+        reach: float = 18.0,
+        strength: float = 0.25,
         homing: float = 0.12,
         **_: float,
     ) -> Array:
-        """Turn away from what is in the way, else back to straight ahead.
+        """Turn away from what is in the way, else back on course.
 
         berth: metres kept between the ship's hull and a rock.
         reach: metres ahead over which a rock's push fades to a third.
         strength: turn per step, rad, that a rock dead ahead at the hull asks for.
-        homing: share of the heading taken back per step where nothing is in the way.
+        homing: share of the error of course taken back per step.
         """
-        threats, present = worst_threats(snapshot, 8)
+        threats, present = worst_threats(snapshot, MOST)
         ahead, lateral = threats[:, :, 0], threats[:, :, 1:]
         aside = np.sqrt((lateral**2).sum(axis=2))
         closeness = np.clip(1.0 - (aside - REACH) / berth, 0.0, 1.0) * np.exp(-ahead / reach)
         push = np.where(present, closeness, 0.0) * strength
         away = -lateral / np.maximum(aside, 1e-9)[:, :, None]
-        turn = (push[:, :, None] * away).sum(axis=1)
-        return self.action.clip(turn - homing * snapshot["heading"])
+        turn = total(push[:, :, None] * away)
+        return self.action.clip(turn - homing * off_course(snapshot))
 
     # -- what it looks like --------------------------------------------------------------------
 
@@ -202,11 +202,11 @@ class Asteroids(Scene):
         return [*bodies, dust(self.values["half_width"]), *parts, *flames]
 
     def camera(self, snapshot: Snapshot) -> Camera:
-        forward = directions(snapshot["heading"][:1] * 0.8)[0]
+        forward, _, up = (axis[0] for axis in ship_axes(snapshot["heading"][:1] * 0.8))
         ship = snapshot["position"][0]
         return Camera(
-            position=ship - forward * 10.0 + np.array([0.0, 0.0, 3.2]),
-            look_at=ship + forward * 20.0 + np.array([0.0, 0.0, 1.2]),
+            position=ship - forward * 10.0 + up * 3.2,
+            look_at=ship + forward * 20.0 + up * 1.2,
             up=np.array([0.0, 0.0, 1.0]),
         )
 
@@ -255,49 +255,56 @@ class PaperState(Perception):
 
 
 class Canonical(Perception):
-    """The two greatest threats ahead, seen from the ship and rolled into one standard view.
+    """What presses on the ship, seen from it and rolled into one standard view.
 
-    The view is rolled about the ship's axis until the greatest threat lies on the first lateral
-    axis, and mirrored until the second lies on the positive side. Left and right, above and
-    below become one case, so one demonstration teaches all four, and the conflict of passing a
-    rock dead ahead on this side or that does not arise. Threats fade with their distance.
+    Every rock ahead presses sideways on the ship with a weight that fades with its distance
+    ahead and with its clearance to the side. The view is rolled about the ship's axis until the
+    sum of that pressure lies on the first lateral axis, and mirrored until the error of course
+    lies on the positive side of the second. Left and right, above and below become one case, so
+    one demonstration teaches all four, and the conflict of passing a rock on this side or that
+    does not arise. Beside the sum, the greatest threat is seen on its own.
     """
 
     name = "canonical"
-    summary = "The two greatest threats ahead, rolled so that left, right, up and down are one."
+    summary = (
+        "What presses on the ship from ahead, rolled so that left, right, up and down are one."
+    )
     state = Box(
         (
-            Field("threat1_ahead", "1", 0.0, 1.0),
-            Field("threat1_aside", "1", 0.0, 1.0),
-            Field("threat2_ahead", "1", 0.0, 1.0),
-            Field("threat2_aside", "1", -1.0, 1.0),
-            Field("threat2_across", "1", 0.0, 1.0),
-            Field("heading_aside", "rad", -2 * HEADING, 2 * HEADING),
-            Field("heading_across", "rad", -2 * HEADING, 2 * HEADING),
+            Field("pressure", "1", 0.0, float(MOST)),
+            Field("threat_along", "1", -1.0, 1.0),
+            Field("threat_across", "1", -1.0, 1.0),
+            Field("threat_offset", "m", 0.0, 12.0),
+            Field("course_along", "rad", -4 * HEADING, 4 * HEADING),
+            Field("course_across", "rad", 0.0, 4 * HEADING),
         )
     )
-    fade = 4.0
-    """Metres of clear distance over which a threat fades to a third."""
+    fade_ahead = 20.0
+    """Metres ahead over which a rock's weight fades to a third."""
+    fade_aside = 6.0
+    """Metres of clearance to the side over which it does."""
 
     def perceive(self, snapshot: Snapshot) -> Percept:
-        threats, present = worst_threats(snapshot, 2)
-        distance = np.sqrt((threats**2).sum(axis=2))
-        nearness = np.exp(-np.maximum(distance - REACH, 0.0) / self.fade)
-        seen = threats * np.where(present, nearness / np.maximum(distance, 1e-9), 0.0)[:, :, None]
-        heading = snapshot["heading"]
-        # Roll so that the first threat, or else the heading, lies on the first lateral axis.
-        guide = np.where(present[:, :1], threats[:, 0, 1:], heading)
-        length = np.sqrt((guide**2).sum(axis=1, keepdims=True))
-        one = np.where(length > 1e-9, guide / np.maximum(length, 1e-9), (1.0, 0.0))
-        two = np.stack([-one[:, 1], one[:, 0]], axis=1)
-        across = (seen[:, 1, 1:] * two).sum(axis=1)
-        across = np.where(np.abs(across) > 1e-12, across, (heading * two).sum(axis=1))
-        two = two * np.where(across < 0.0, -1.0, 1.0)[:, None]
-        frame = np.stack([one, two], axis=1)
-        aside = turned(frame, seen[:, 0, 1:])
-        other = turned(frame, seen[:, 1, 1:])
+        threats, present = worst_threats(snapshot, MOST)
+        ahead, lateral = threats[:, :, 0], threats[:, :, 1:]
+        aside = np.sqrt((lateral**2).sum(axis=2))
+        ahead = np.maximum(ahead - ROCK_RADIUS, 0.0) / self.fade_ahead
+        clear = np.maximum(aside - REACH, 0.0) / self.fade_aside
+        weight = np.where(present, np.exp(-ahead - clear), 0.0)
+        push = (weight / np.maximum(aside, 1e-9))[:, :, None] * lateral
+        pressure = total(push)
+        course = off_course(snapshot)
+        strength, along = unit(pressure)
+        error, guide = unit(course)
+        along = np.where(strength > 1e-6, along, guide)
+        along = np.where((strength > 1e-6) | (error > 1e-9), along, (1.0, 0.0))
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        side = (course * across).sum(axis=1, keepdims=True)
+        across = np.where(side < 0.0, -across, across)
+        frame = np.stack([along, across], axis=1)
+        offset = weight[:, :1] * np.minimum(aside[:, :1], 12.0)
         states = np.concatenate(
-            [seen[:, 0, :1], aside[:, :1], seen[:, 1, :1], other, turned(frame, heading)], axis=1
+            [strength, turned(frame, push[:, 0]), offset, turned(frame, course)], axis=1
         )
         return Percept(states, frame)
 
@@ -306,6 +313,32 @@ class Canonical(Perception):
 
     def to_world(self, frame: AnyArray, actions: Array) -> Array:
         return turned(np.swapaxes(frame, 1, 2), actions)
+
+
+def off_course(snapshot: Snapshot) -> Array:
+    """Yaw and pitch beside the course to hold, rad, shape (worlds, 2).
+
+    The course is straight ahead in the middle of the corridor, and leads back to it, the more
+    steeply the nearer the ship comes to its walls.
+    """
+    width = (snapshot["half"] - MARGIN)[:, None]
+    aside = snapshot["position"][:, 1:]
+    wander = np.clip((np.abs(aside) / width - 0.4) / 0.6, 0.0, 1.0)
+    return np.asarray(snapshot["heading"] + np.sign(aside) * wander * 0.6)
+
+
+def total(pushes: Array) -> Array:
+    """The sum of `pushes` (worlds, N, 2) over N, in that order whatever the batch."""
+    whole = np.zeros((len(pushes), 2))
+    for number in range(pushes.shape[1]):
+        whole = whole + pushes[:, number]
+    return whole
+
+
+def unit(vectors: Array) -> tuple[Array, Array]:
+    """Lengths (worlds, 1) and directions (worlds, 2) of `vectors` (worlds, 2)."""
+    lengths = np.sqrt((vectors**2).sum(axis=1, keepdims=True))
+    return lengths, vectors / np.maximum(lengths, 1e-12)
 
 
 def turned(frames: AnyArray, vectors: Array) -> Array:
