@@ -111,6 +111,7 @@ def launch(workspace: Workspace, python: str = sys.executable) -> Studio:
         ],
         stdout=subprocess.PIPE,
         text=True,
+        cwd=workspace.root.parent,  # away from the checkout: `-m` would find its package first
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
     )
     assert process.stdout is not None
