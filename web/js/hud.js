@@ -32,6 +32,8 @@ export function hud(store) {
     say(numbers.seconds, status.seconds.toFixed(1));
     say(numbers.takes, count(status.takes_kept));
     say(numbers.kept, count(status.pairs_kept));
+    numbers.pairs.parentElement?.classList.toggle("idle", status.mode !== "demonstrate");
+    numbers.seconds.parentElement?.classList.toggle("idle", status.mode === null);
 
     countdown.hidden = status.phase !== "countdown";
     say(countdown, String(Math.max(1, Math.ceil(status.countdown_s))));

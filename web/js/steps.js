@@ -78,7 +78,7 @@ function demonstrationWords({ connected, status }) {
 /** @param {State} state */
 function cleanWords(state) {
   const cleaning = session(state)?.cleaning;
-  if (!cleaning) return "Takes out moments where you did opposite things.";
+  if (!cleaning) return "Takes out moves that contradict each other.";
   if (cleaning.stale) return "Your takes have changed since: clean again.";
   const share = cleaning.pairs ? Math.round((100 * cleaning.removed) / cleaning.pairs) : 0;
   return `${count(cleaning.removed)} of ${plural(cleaning.pairs, "pair")} taken out (${share} %).`;

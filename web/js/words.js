@@ -59,6 +59,6 @@ export function phaseWords({ phase, mode, pilot }) {
 
 /** @type {Record<string, string>} */
 export const LEARNERS = {
-  svr: "Flows smoothly between the things you showed.",
-  knn: "Does what you did in the most similar moments.",
+  svr: "Flows between the moves you showed.",
+  knn: "Repeats your most similar moments.",
 };
