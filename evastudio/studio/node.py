@@ -15,6 +15,10 @@ from evastudio.studio.mounted import MountedViser
 from evastudio.world.bodies import Body, Mesh
 
 Numbers = NDArray[np.float32]
+FINE = 100
+"""Triangles from which on a mesh that many bodies share has a coarser form."""
+FAR = 9.0
+"""Radii from the camera at which that form is shown."""
 
 
 def checked(body: Body) -> tuple[Numbers, Numbers, Numbers]:
@@ -104,9 +108,16 @@ class Node:
             mesh.faces.astype(np.uint32),
             batched_colors=mesh.color,
             flat_shading=mesh.flat,
-            lod="auto" if len(positions) > 1 else "off",
+            lod=self._levels(scales),
             **place,
         )
+
+    def _levels(self, scales: Numbers) -> Any:
+        """Half the triangles for instances so far away that nobody sees the difference."""
+        if len(scales) == 1 or len(self._mesh.faces) < FINE:
+            return "off"
+        radius = float(np.linalg.norm(self._mesh.vertices, axis=1).max() * scales.max())
+        return ((FAR * radius, 0.4),)
 
 
 def glowing(mesh: Mesh) -> bytes:

@@ -41,6 +41,15 @@ class View:
         """Number of browsers that look at it now."""
         return self._server.clients
 
+    @property
+    def cameras(self) -> list[Point]:
+        """Where each browser that has told so is looking from."""
+        return [
+            tuple(float(part) for part in client.camera.position)  # type: ignore[misc]
+            for client in self._server.get_clients().values()
+            if client.camera.update_timestamp > 0.0
+        ]
+
     def show(self, snapshot: Snapshot, fresh: bool = False) -> None:
         """Draw the first world of `snapshot`; `fresh` where it is not the world shown before.
 
