@@ -66,6 +66,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         context.stage_opened.append(open_view)
         context.stage_closed.append(close_view)
         app.state.context = context
+        app.state.views = views
         yield
         await asyncio.to_thread(context.stages.close_all)
         for stage in list(views):

@@ -22,11 +22,12 @@ PAGE_POLICY = (
     "form-action 'none'; object-src 'none'"
 )
 VIEW_POLICY = (
-    "default-src 'self' data: blob:; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob:; "
+    "default-src 'self' data: blob:; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
     "style-src 'self' 'unsafe-inline'; connect-src 'self' data: blob:; worker-src blob:; "
     "frame-ancestors 'self'; base-uri 'none'; form-action 'none'; object-src 'none'"
 )
-"""viser's client is one page with its scripts inside; it may talk to this server alone."""
+"""viser's client is one page with its scripts inside, and one of them compiles more; it may talk
+to this server alone."""
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from evastudio.live.headless import load_pilot, make_scene
 from evastudio.live.stage import Frame, Mode, Phase, Stage, Status
 from evastudio.workspace import Workspace
 from evastudio.world.scene import Scene, world_seeds
+from evastudio.world.snapshot import Snapshot
 
 logger = logging.getLogger(__name__)
 
@@ -68,6 +69,11 @@ class LiveStage:
     def scene(self) -> Scene:
         """The scene it shows, with its present options."""
         return self._stage.scene
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The world after the latest decision."""
+        return self._stage.snapshot
 
     # -- what a person does --------------------------------------------------------------------
 
