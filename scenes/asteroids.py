@@ -157,9 +157,9 @@ class Asteroids(Scene):
         self,
         snapshot: Snapshot,
         *,
-        berth: float = 9.0,
-        reach: float = 18.0,
-        strength: float = 0.25,
+        berth: float = 8.0,
+        reach: float = 20.0,
+        strength: float = 0.3,
         homing: float = 0.12,
         **_: float,
     ) -> Array:

@@ -50,7 +50,7 @@ class KNNPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     Raises InvalidInputError for no pairs, NaN, wrong shapes, and `k` above the number of pairs.
     """
 
-    def __init__(self, k: int = 7, weights: str = "uniform") -> None:
+    def __init__(self, k: int = 5, weights: str = "uniform") -> None:
         self.k = k
         self.weights = weights
 

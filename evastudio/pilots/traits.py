@@ -54,7 +54,7 @@ class Traits:
 
 
 STYLES: Mapping[str, Traits] = {
-    "careful": Traits(),
+    "careful": Traits(smoothing=0.3),
     "human": Traits(
         delay_steps=3,
         delay_jitter_steps=1,
