@@ -13,9 +13,10 @@ from pathlib import Path
 import pytest
 import uvicorn
 from fastapi import FastAPI
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Frame, Page, expect, sync_playwright
 
 from evastudio.api.context import Context
+from evastudio.live.stages import LiveStage
 from evastudio.server import create_app
 from evastudio.settings import Settings
 from evastudio.studio.view import View
@@ -79,6 +80,15 @@ class Running:
         return found
 
 
+@dataclass
+class Open:
+    """The page of a studio, once its 3D view draws."""
+
+    studio: Running
+    stage: LiveStage
+    view: Frame
+
+
 @pytest.fixture
 def run_studio(tmp_path: Path) -> Iterator[Callable[[], Running]]:
     """Start a studio on an empty workspace; it is stopped after the test."""
@@ -109,6 +119,26 @@ def run_studio(tmp_path: Path) -> Iterator[Callable[[], Running]]:
     yield start
     for end in ends:
         end()
+
+
+@pytest.fixture
+def open_page(page: Page, run_studio: Callable[[], Running]) -> Callable[[], Open]:
+    """Open the printed address and wait until the stage is there and drawn."""
+
+    def enter(studio: Running | None = None) -> Open:
+        studio = studio or run_studio()
+        page.goto(studio.url)
+        assert "token" not in page.url
+        element = page.wait_for_selector("#view[src]")
+        assert element is not None
+        frame = element.content_frame()
+        assert frame is not None
+        frame.wait_for_selector("canvas")
+        expect(page.locator("#phase[data-phase=ready]")).to_be_attached()
+        (stage,) = studio.context.stages.all()
+        return Open(studio, stage, frame)
+
+    return enter
 
 
 @pytest.fixture(scope="session")

@@ -13,12 +13,14 @@ from evastudio.demonstrations.store import Store
 from evastudio.workspace import shipped
 
 if TYPE_CHECKING:
-    from conftest import Running
+    from conftest import Open, Running
 
 SECONDS = 60.0
 
 
-def test_sixty_seconds_without_drift(page: Page, run_studio: Callable[[], Running]) -> None:
+def test_sixty_seconds_without_drift(
+    page: Page, run_studio: Callable[[], Running], open_page: Callable[[Running], Open]
+) -> None:
     studio = run_studio()
     # The shipped field takes 36 s to cross; this one 72 s.
     folder = studio.workspace.root / "scenes"
@@ -27,9 +29,7 @@ def test_sixty_seconds_without_drift(page: Page, run_studio: Callable[[], Runnin
     assert "\nLENGTH = 360.0\n" in text
     (folder / "asteroids.py").write_text(text.replace("\nLENGTH = 360.0\n", "\nLENGTH = 720.0\n"))
 
-    page.goto(studio.url)
-    expect(page.locator("#phase[data-phase=ready]")).to_be_attached()
-    (stage,) = studio.context.stages.all()
+    stage = open_page(studio).stage
     dt_s = stage.scene.dt_s
     seen: list[tuple[float, dict[str, Any]]] = []
     enough = threading.Event()

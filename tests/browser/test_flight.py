@@ -14,7 +14,7 @@ from playwright.sync_api import Frame, Page, expect
 from evastudio.demonstrations.store import Store
 
 if TYPE_CHECKING:
-    from conftest import Running
+    from conftest import Open, Running
 
 FRAMES = """count => new Promise(done => {
   const next = () => (count-- ? requestAnimationFrame(next) : done(true));
@@ -32,16 +32,6 @@ def at_least(page: Page, element: str, count: int) -> None:
     page.wait_for_function(script, arg=[element, count])
 
 
-def view_of(page: Page) -> Frame:
-    """The 3D view, once it draws."""
-    element = page.wait_for_selector("#view")
-    assert element is not None
-    frame = element.content_frame()
-    assert frame is not None
-    frame.wait_for_selector("canvas")
-    return frame
-
-
 def focus_view(page: Page) -> None:
     """Click into the 3D view, as a person does."""
     box = page.locator("#view").bounding_box()
@@ -50,7 +40,7 @@ def focus_view(page: Page) -> None:
     assert page.evaluate("document.activeElement.id") == "view"
 
 
-def camera(studio: Running, page: Page, frame: Frame, near: np.ndarray | None = None) -> np.ndarray:
+def camera(studio: Running, frame: Frame, near: np.ndarray | None = None) -> np.ndarray:
     """Where the browser says it looks from; once it is at `near`, where that is given."""
     (view,) = studio.views.values()
     for _ in range(200):
@@ -62,13 +52,10 @@ def camera(studio: Running, page: Page, frame: Frame, near: np.ndarray | None = 
 
 
 def test_an_animator_flies_cleans_fits_and_plays(
-    page: Page, run_studio: Callable[[], Running], pictures: Path
+    page: Page, open_page: Callable[[], Open], pictures: Path
 ) -> None:
-    studio = run_studio()
-    page.goto(studio.url)
-    assert "token" not in page.url
-    phase(page, "ready")
-    frame = view_of(page)
+    opened = open_page()
+    studio, stage, frame = opened.studio, opened.stage, opened.view
     page.locator("#option-density").fill("0.5")
 
     for button in ("#clean", "#fit"):
@@ -87,13 +74,12 @@ def test_an_animator_flies_cleans_fits_and_plays(
     # While keys are held, the camera stays where the chase puts it.
     page.keyboard.press("Space")
     phase(page, "paused")
-    (stage,) = studio.context.stages.all()
     chase = stage.scene.camera(stage.snapshot).position
-    assert camera(studio, page, frame, near=chase) == pytest.approx(chase, abs=1e-3)
+    assert camera(studio, frame, near=chase) == pytest.approx(chase, abs=1e-3)
     page.keyboard.down("d")
     page.keyboard.down("ArrowUp")
     frame.evaluate(FRAMES, 40)
-    assert camera(studio, page, frame) == pytest.approx(chase, abs=1e-3)
+    assert camera(studio, frame) == pytest.approx(chase, abs=1e-3)
     for key in ("w", "ArrowLeft", "d", "ArrowUp"):
         page.keyboard.up(key)
     page.keyboard.press("Space")
@@ -104,12 +90,12 @@ def test_an_animator_flies_cleans_fits_and_plays(
     at_least(page, "takes-kept", 1)
 
     # The same keys move viser's camera where nobody demonstrates: the check above can fail.
-    resting = camera(studio, page, frame)
+    resting = camera(studio, frame)
     focus_view(page)
     page.keyboard.down("w")
     frame.evaluate(FRAMES, 40)
     page.keyboard.up("w")
-    assert np.abs(camera(studio, page, frame) - resting).max() > 0.1
+    assert np.abs(camera(studio, frame) - resting).max() > 0.1
 
     with Store(studio.workspace.store_url) as store:
         session = store.sessions()[0]
@@ -138,13 +124,8 @@ def test_an_animator_flies_cleans_fits_and_plays(
     phase(page, "ready")
 
 
-def test_a_take_is_thrown_away_and_brought_back(
-    page: Page, run_studio: Callable[[], Running]
-) -> None:
-    studio = run_studio()
-    page.goto(studio.url)
-    phase(page, "ready")
-    view_of(page)
+def test_a_take_is_thrown_away_and_brought_back(page: Page, open_page: Callable[[], Open]) -> None:
+    studio = open_page().studio
     page.locator("#option-density").fill("0.5")
     page.locator("#demonstrate").click()
     phase(page, "recording")
@@ -167,18 +148,14 @@ def test_a_take_is_thrown_away_and_brought_back(
 
 
 def test_a_shipped_policy_flies_out_of_the_box(
-    page: Page, run_studio: Callable[[], Running], pictures: Path
+    page: Page, open_page: Callable[[], Open], pictures: Path
 ) -> None:
-    studio = run_studio()
     page.set_viewport_size({"width": 1280, "height": 800})
-    page.goto(studio.url)
-    phase(page, "ready")
-    view_of(page)
+    stage = open_page().stage
     page.locator("#play").click()
     phase(page, "playing")
     at_least(page, "seconds", 9)
     page.screenshot(path=pictures / "studio.png")
-    (stage,) = studio.context.stages.all()
     assert stage.status()["policy"] == "asteroids-careful"
     page.keyboard.press("Space")
     phase(page, "paused")
@@ -186,18 +163,14 @@ def test_a_shipped_policy_flies_out_of_the_box(
     phase(page, "ready")
 
 
-def test_a_tab_that_closes_leaves_the_take_whole(
-    page: Page, run_studio: Callable[[], Running]
-) -> None:
-    studio = run_studio()
-    page.goto(studio.url)
-    phase(page, "ready")
+def test_a_tab_that_closes_leaves_the_take_whole(page: Page, open_page: Callable[[], Open]) -> None:
+    opened = open_page()
+    studio, stage = opened.studio, opened.stage
     page.locator("#option-density").fill("0.5")
     page.locator("#demonstrate").click()
     phase(page, "recording")
     page.keyboard.down("a")
     at_least(page, "pairs", 15)
-    (stage,) = studio.context.stages.all()
     paused = threading.Event()
     stage.on_status.append(lambda told: told["phase"] == "paused" and paused.set())
     page.goto("about:blank")
