@@ -17,7 +17,7 @@ function useful({ status }) {
   const acting = ["countdown", "recording", "paused", "playing"].includes(status?.phase ?? "");
   const demonstrating = status?.mode === "demonstrate";
   return {
-    steer: !acting || demonstrating,
+    steer: demonstrating || (status?.mode ?? null) === null,
     pause: acting,
     again: (status?.mode ?? null) !== null,
     discard: demonstrating,

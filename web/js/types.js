@@ -21,7 +21,7 @@
  *   pairs: number, seconds: number, takes_kept: number, pairs_kept: number,
  *   session: {id: number, name: string} | null, progress: number, outcome: string | null,
  *   success: boolean | null, can_undo: boolean, late_steps: number, steps: number,
- *   pilot: string | null, problem: string | null, options: Record<string, number>}} Status
+ *   policy: string | null, problem: string | null, options: Record<string, number>}} Status
  * @typedef {{id: string, view: string, socket: string}} Stage
  *
  * What the page knows at a moment.

@@ -40,7 +40,7 @@ export function duration(seconds) {
 }
 
 /** @param {Status} status */
-export function phaseWords({ phase, mode, pilot }) {
+export function phaseWords({ phase, mode, policy }) {
   switch (phase) {
     case "ready":
       return "Ready";
@@ -51,7 +51,7 @@ export function phaseWords({ phase, mode, pilot }) {
     case "paused":
       return "Paused";
     case "playing":
-      return pilot ? `Playing: ${pilot}` : "Playing";
+      return policy ? `Playing ${policy}` : "Playing";
     case "ended":
       return mode === "play" ? "Playing ended" : "Take ended";
   }
