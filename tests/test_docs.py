@@ -1,0 +1,53 @@
+"""Docs cannot rot: what exists is documented, and what is shown runs."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+
+import typer.main
+
+from evastudio.cli import app
+from evastudio.workspace import shipped
+
+ROOT = shipped()
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def names(requirements: list[str]) -> set[str]:
+    return {re.split(r"[<>=\[ ]", requirement)[0] for requirement in requirements}
+
+
+def test_every_dependency_has_its_line_of_reason() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    text = (ROOT / "docs" / "dependencies.md").read_text()
+    assert set(re.findall(r"^\| ([a-z-]+) \| \S", text, re.MULTILINE)) - {"package"} == names(
+        project["dependencies"]
+    )
+    for name in names(
+        [one for extra in project["optional-dependencies"].values() for one in extra]
+    ):
+        assert name in text, name
+
+
+def test_every_command_has_a_sentence_of_help() -> None:
+    group = typer.main.get_command(app)
+    commands = group.commands  # type: ignore[attr-defined]
+    assert {"studio", "scenes", "check", "record", "sessions", "clean", "fit", "evaluate"} <= set(
+        commands
+    )
+    for name, command in commands.items():
+        assert (command.help or "").endswith("."), name
+        for parameter in command.params:
+            assert parameter.name == "help" or parameter.help, f"{name} {parameter.name}"
+
+
+def test_commands_in_the_readme_exist() -> None:
+    group = typer.main.get_command(app)
+    for shown in re.findall(r"^evastudio (\w+)", README, re.MULTILINE):
+        assert shown in group.commands  # type: ignore[attr-defined]
+
+
+def test_links_in_the_readme_lead_somewhere() -> None:
+    for target in re.findall(r"\]\(([^)#]+)\)", README):
+        assert (ROOT / target).exists(), target
