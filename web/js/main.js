@@ -47,11 +47,14 @@ async function openStage() {
   if (scene === null) throw new Error("This workspace has no scene.");
   const changed = scene.name !== store.state.scene?.name;
   const known = await api.sessions(scene.name);
-  const same = known.some(({ id }) => id === store.state.session);
-  const chosen = same ? store.state.session : (known[0]?.id ?? null);
+  const wanted = store.state.session ?? Number(localStorage.getItem(remembered(scene.name)));
+  const chosen = (known.find(({ id }) => id === wanted) ?? known[0])?.id ?? null;
   store.set({ scenes, scene, sessions: known, session: chosen, ...(changed && { options: {} }) });
   return api.openStage(scene.name, store.state.options, chosen);
 }
+
+/** Where the browser keeps which session was chosen last. @param {string} scene */
+const remembered = (scene) => `evastudio.session.${scene}`;
 
 const link = new Link(openStage);
 link.addEventListener("stage", (event) => {
@@ -87,7 +90,11 @@ function onStatus(status) {
   const chosen = status.session?.id ?? store.state.session;
   const moved = chosen !== store.state.session;
   store.set({ status, session: chosen });
+  if (moved && store.state.scene) {
+    localStorage.setItem(remembered(store.state.scene.name), String(chosen));
+  }
   if (status.problem && status.problem !== before?.problem) notify(status.problem, "error");
+  if (before && status.can_undo && !before.can_undo) notify("The take is in the trash. U brings it back.");
   const counted =
     status.takes_kept !== before?.takes_kept ||
     status.pairs_kept !== before?.pairs_kept ||
@@ -183,6 +190,7 @@ sessions(store, {
   },
   chooseSession: (id) => {
     store.set({ session: id, takes: [] });
+    if (store.state.scene) localStorage.setItem(remembered(store.state.scene.name), String(id));
     link.command("session", { session: id });
     attempt(reload);
   },
