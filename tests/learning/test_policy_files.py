@@ -1,0 +1,223 @@
+"""Policy files: what is written is read, and whatever else is read is refused."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from evastudio.demonstrations.pairs import Pairs
+from evastudio.errors import InvalidInputError, NotFoundError, StorageError
+from evastudio.learning.cleaning import clean_pairs
+from evastudio.learning.fitting import fit_policy
+from evastudio.learning.policy import fingerprint
+from evastudio.learning.policy_files import FORMAT, load_policy, read_policy_header, save_policy
+
+SETTINGS = {"knn": {"k": 3, "weights": "distance"}, "svr": {"C": 5.0}}
+
+
+def some_pairs(scene, count=60, perception="canonical"):
+    rng = np.random.default_rng(count)
+    size = scene.perception(perception).state.size
+    states = rng.uniform(-1, 1, size=(count, size))
+    actions = 0.1 * np.sin(states[:, :2])
+    return Pairs(states, actions, np.repeat([4, 9], count // 2), np.arange(count))
+
+
+def some_policy(scene, learner="svr", count=60):
+    pairs = some_pairs(scene, count)
+    return fit_policy(
+        pairs,
+        scene,
+        "canonical",
+        learner,
+        SETTINGS[learner],
+        session=7,
+        cleaning=clean_pairs(pairs, scene),
+        made_by="evastudio fit 7",
+        created="2030-01-02T03:04:05+00:00",
+    )
+
+
+@pytest.fixture(params=["knn", "svr"])
+def policy(request, asteroids):
+    return some_policy(asteroids(), request.param)
+
+
+def test_a_policy_comes_back_exactly(policy, tmp_path, asteroids):
+    path = save_policy(policy, tmp_path / "made" / "one.safetensors")
+    again = load_policy(path)
+    states = some_pairs(asteroids(), 40).states
+    assert np.array_equal(again.act_states(states), policy.act_states(states))
+    assert again.describe() == policy.describe()
+    assert (again.state, again.action) == (policy.state, policy.action)
+    assert (again.session, again.takes, again.pairs) == (7, (4, 9), policy.pairs)
+    assert save_policy(again, tmp_path / "two.safetensors").read_bytes() == path.read_bytes()
+    assert [file.name for file in path.parent.iterdir()] == ["one.safetensors"]
+
+
+def test_the_header_can_be_read_alone(policy, tmp_path):
+    path = save_policy(policy, tmp_path / "one.safetensors")
+    header = read_policy_header(path)
+    assert header["learner"] == policy.learner_name
+    assert header["made_by"] == "evastudio fit 7"
+    assert header["cleaning"]["pairs"] == 60
+    assert [field["name"] for field in header["action"]] == ["theta", "phi"]
+
+
+def test_any_truncation_is_refused(policy, tmp_path):
+    path = save_policy(policy, tmp_path / "one.safetensors")
+    data = path.read_bytes()
+    for size in [*range(0, 40), *range(40, len(data), 211), len(data) - 1]:
+        path.write_bytes(data[:size])
+        with pytest.raises(StorageError, match=r"not a policy that can be used"):
+            load_policy(path)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """A file of each learner, and the folder to write its mutations to."""
+    from evastudio.workspace import shipped
+    from evastudio.world.loading import load_scene_file
+
+    scene = load_scene_file(shipped() / "scenes" / "asteroids.py")()
+    folder = tmp_path_factory.mktemp("policies")
+    files = [
+        save_policy(some_policy(scene, learner, 20), folder / f"{learner}.safetensors")
+        for learner in ("knn", "svr")
+    ]
+    return [file.read_bytes() for file in files], folder
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.data())
+def test_any_mutation_is_refused_or_still_a_policy(written, data):
+    files, folder = written
+    mutated = bytearray(data.draw(st.sampled_from(files)))
+    header = 8 + int.from_bytes(mutated[:8], "little")
+    for _ in range(data.draw(st.integers(1, 4))):
+        end = data.draw(st.sampled_from([8, header, len(mutated)]))
+        place = data.draw(st.integers(0, end - 1))
+        kind = data.draw(st.sampled_from(["byte", "digit", "cut", "insert"]))
+        if kind == "byte":
+            mutated[place] = data.draw(st.integers(0, 255))
+        elif kind == "digit":
+            mutated[place] = data.draw(st.sampled_from(b'0123456789-e.,"[]{}'))
+        elif kind == "cut":
+            del mutated[place : place + data.draw(st.integers(1, 9))]
+        else:
+            mutated[place:place] = data.draw(st.binary(min_size=1, max_size=9))
+        if not mutated:
+            break
+    path = folder / "mutated.safetensors"
+    path.write_bytes(bytes(mutated))
+    try:
+        policy = load_policy(path)
+    except StorageError:
+        return
+    actions = policy.act_states(np.ones((2, policy.state.size)))
+    assert actions.shape == (2, policy.action.size)
+    assert np.isfinite(actions).all()
+
+
+def rewritten(path, change):
+    """The file at `path` with its description put through `change`."""
+    data = path.read_bytes()
+    size = int.from_bytes(data[:8], "little")
+    outer = json.loads(data[8 : 8 + size])
+    header = json.loads(outer["__metadata__"]["evastudio"])
+    change(header)
+    outer["__metadata__"]["evastudio"] = json.dumps(header)
+    packed = json.dumps(outer).encode()
+    packed += b" " * (-len(packed) % 8)
+    path.write_bytes(struct.pack("<Q", len(packed)) + packed + data[8 + size :])
+    return path
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda header: header.update(format=FORMAT + 1), "Install a newer EVA Studio"),
+        (lambda header: header.update(format="new"), "its format is 'new'"),
+        (lambda header: header.update(learner="forest"), "'forest' is not known"),
+        (lambda header: header["settings"].update(k=0, C=0.0), "settings|k is 0"),
+        (lambda header: header["state"].pop(), "has shape"),
+        (lambda header: header.update(state=[]), "no fields"),
+        (lambda header: header.pop("scene"), "not whole"),
+        (lambda header: header["scene"].update(version="one"), "no name or version"),
+        (lambda header: header.update(takes=["x"]), "not whole"),
+        (lambda header: header.update(perception=3), "'perception' is not text"),
+        (lambda header: header.update(cleaning=[1]), "'cleaning' is not a report"),
+    ],
+)
+def test_a_description_that_makes_no_sense_is_named(policy, tmp_path, change, says):
+    path = rewritten(save_policy(policy, tmp_path / "one.safetensors"), change)
+    with pytest.raises(StorageError, match=says):
+        load_policy(path)
+
+
+def test_other_files_are_refused(tmp_path):
+    from safetensors.numpy import save_file
+
+    foreign = tmp_path / "foreign.safetensors"
+    save_file({"weight": np.zeros(3)}, foreign)
+    text = tmp_path / "text.safetensors"
+    text.write_text("hello, this is no policy at all")
+    for path in (foreign, text):
+        for read in (load_policy, read_policy_header):
+            with pytest.raises(StorageError, match="not a policy that can be used"):
+                read(path)
+    with pytest.raises(StorageError, match="could not be read: No such file"):
+        load_policy(tmp_path / "missing.safetensors")
+
+
+def test_a_place_that_cannot_be_written_is_named(policy, tmp_path):
+    blocker = tmp_path / "file"
+    blocker.write_text("")
+    with pytest.raises(StorageError, match="could not be written"):
+        save_policy(policy, blocker / "one.safetensors")
+
+
+def test_arrays_that_are_not_finite_are_refused(policy, tmp_path):
+    policy.learner.scale_ = policy.learner.scale_ * np.nan
+    with pytest.raises(StorageError, match="'scale' holds values that make no sense"):
+        load_policy(save_policy(policy, tmp_path / "one.safetensors"))
+
+
+def test_the_fingerprint_changes_with_the_pairs(asteroids):
+    pairs = some_pairs(asteroids())
+    kept = pairs.keep(np.arange(len(pairs)) != 3)
+    assert fingerprint(pairs) == fingerprint(some_pairs(asteroids()))
+    assert fingerprint(pairs) != fingerprint(kept)
+
+
+def test_fitting_refuses_what_it_cannot_use(asteroids):
+    scene = asteroids()
+    pairs = some_pairs(scene)
+    with pytest.raises(NotFoundError, match="Did you mean 'svr'"):
+        fit_policy(pairs, scene, "canonical", "svm")
+    with pytest.raises(NotFoundError, match="Did you mean 'canonical'"):
+        fit_policy(pairs, scene, "canonicle")
+    with pytest.raises(NotFoundError, match="setting of learner 'svr'"):
+        fit_policy(pairs, scene, "canonical", "svr", {"k": 3})
+    with pytest.raises(InvalidInputError, match="no pairs"):
+        fit_policy(pairs.keep(np.zeros(60, dtype=bool)), scene)
+    with pytest.raises(InvalidInputError, match="expected \\(rows, 8\\)"):
+        fit_policy(pairs, scene, "paper")
+    with pytest.raises(InvalidInputError, match="looked at 60 pairs"):
+        fit_policy(pairs.keep(np.arange(60) < 50), scene, cleaning=clean_pairs(pairs, scene))
+    with pytest.raises(InvalidInputError, match="only 60"):
+        fit_policy(pairs, scene, learner="knn", settings={"k": 61})
+
+
+def test_fitting_and_cleaning_tell_their_progress(asteroids):
+    told = []
+    scene = asteroids()
+    cleaning = clean_pairs(some_pairs(scene), scene, progress=lambda *news: told.append(news))
+    fit_policy(some_pairs(scene), scene, progress=lambda *news: told.append(news))
+    shares = [share for share, _ in told]
+    assert shares == [0.0, 1.0, 0.0, 0.5, 1.0, 1.0]
+    assert cleaning.report()["kept"] + cleaning.report()["conflicts"] == 60
+    assert json.dumps(cleaning.report())
