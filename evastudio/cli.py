@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -213,7 +212,6 @@ def fit(
             settings=_settings(setting),
             out=out,
             name=name,
-            made_by=shlex.join(["evastudio", *sys.argv[1:]]),
             progress=progress,
         )
     _print(result, json_output)

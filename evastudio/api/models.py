@@ -86,6 +86,7 @@ class SessionOut(Model):
     scene_version: int
     demonstrator: str
     created_at: float
+    made_by: str
     takes_kept: int
     takes_trashed: int
     pairs: int

@@ -39,6 +39,8 @@ class SessionRecord:
     demonstrator: str
     created_at: float
     """Seconds since the epoch."""
+    made_by: str
+    """The command that records it again; empty where a person demonstrated."""
     takes_kept: int
     takes_trashed: int
     pairs: int

@@ -38,6 +38,7 @@ sessions = Table(
     Column("scene_version", Integer, nullable=False),
     Column("demonstrator", String(200), nullable=False),
     Column("created_at", Float, nullable=False),
+    Column("made_by", Text, nullable=False),
 )
 
 takes = Table(

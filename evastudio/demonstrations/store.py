@@ -48,7 +48,9 @@ class Store:
 
     # -- sessions ------------------------------------------------------------------------------
 
-    def create_session(self, scene: Scene, name: str, demonstrator: str, now: float) -> int:
+    def create_session(
+        self, scene: Scene, name: str, demonstrator: str, now: float, made_by: str = ""
+    ) -> int:
         """A new, empty session; its id. `now` in seconds since the epoch."""
         values = {
             "name": _checked_name(name, "session"),
@@ -56,6 +58,7 @@ class Store:
             "scene_version": scene.version,
             "demonstrator": _checked_name(demonstrator, "demonstrator"),
             "created_at": now,
+            "made_by": made_by,
         }
         with self._engine.begin() as connection:
             result = connection.execute(insert(schema.sessions).values(**values))
@@ -321,6 +324,7 @@ def _session(connection: Connection, row: Row[Any]) -> SessionRecord:
         scene_version=row.scene_version,
         demonstrator=row.demonstrator,
         created_at=row.created_at,
+        made_by=row.made_by,
         takes_kept=int(counts[0]),
         takes_trashed=int(counts[1] - counts[0]),
         pairs=int(sums[0]),

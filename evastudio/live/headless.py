@@ -84,7 +84,11 @@ def record(
     takes = 0
     perception = place.perception()
     with Store(workspace.ready().store_url) as store:
-        number = store.create_session(place, session or f"{pilot} {seed}", pilot, clock())
+        name = session or f"{pilot} {seed}"
+        command = _command(
+            "record", scene, pilot=pilot, minutes=minutes, seed=seed, options=options, session=name
+        )
+        number = store.create_session(place, name, pilot, clock(), command)
         recorder = Recorder(store, number)
 
         def watch(_: NDArray[np.int64], snapshot: Snapshot, actions: Array) -> None:
@@ -165,7 +169,11 @@ def clean(
             threshold=threshold,
             progress=lambda share, doing: progress(0.3 + 0.6 * share, doing),
         )
-        report = {"perception": scene.perception(perception).name, **found.report()}
+        report = {
+            "perception": scene.perception(perception).name,
+            "neighbors": n_neighbors,
+            **found.report(),
+        }
         marks = {int(take): found.conflicts[pairs.takes == take] for take in np.unique(pairs.takes)}
         store.save_cleaning(chosen.id, report, marks, clock())
     progress(1.0, "Cleaned")
@@ -181,7 +189,6 @@ def fit(
     settings: Mapping[str, Any] | None = None,
     out: str | Path | None = None,
     name: str | None = None,
-    made_by: str | None = None,
     clock: Callable[[], float] = time.time,
     progress: Progress = silent,
 ) -> dict[str, Any]:
@@ -204,6 +211,16 @@ def fit(
     path = (
         Path(out) if out is not None else workspace.policies / (checked_policy_name(name) + SUFFIX)
     )
+    cleaning = None if chosen.cleaning is None else dict(chosen.cleaning.settings)
+    steps = [chosen.made_by] if chosen.made_by else []
+    if cleaning is not None:
+        asked = {name: cleaning[name] for name in ("perception", "neighbors", "threshold")}
+        steps.append(_command("clean", chosen.name, **asked))
+    steps.append(
+        _command(
+            "fit", chosen.name, learner=learner, perception=perception, set=settings, out=path.name
+        )
+    )
     policy = fit_policy(
         pairs.keep(keep),
         scene,
@@ -212,11 +229,10 @@ def fit(
         settings,
         session=chosen.id,
         takes=[int(take) for take in np.unique(pairs.takes)],
-        made_by=made_by or shlex.join(["evastudio", "fit", str(chosen.id), "--learner", learner]),
+        made_by=" && ".join(steps),
         created=datetime.fromtimestamp(clock(), UTC).isoformat(timespec="seconds"),
         progress=lambda share, doing: progress(0.2 + 0.75 * share, doing),
     )
-    cleaning = None if chosen.cleaning is None else dict(chosen.cleaning.settings)
     policy = replace(
         policy,
         cleaning=cleaning,
@@ -289,3 +305,16 @@ def evaluate(
     ).to_json()
     result["policies"] = result.pop("pilots")
     return result
+
+
+def _command(name: str, target: str, **flags: Any) -> str:
+    """The command line that does this again. Flags that are None are left out."""
+    words = ["evastudio", name, target]
+    for flag, value in flags.items():
+        if isinstance(value, Mapping):
+            single = "option" if flag == "options" else flag
+            for key, part in value.items():
+                words += [f"--{single}", f"{key}={part}"]
+        elif value is not None:
+            words += [f"--{flag}", f"{value:g}" if isinstance(value, float) else str(value)]
+    return shlex.join(words)
