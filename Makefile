@@ -7,7 +7,7 @@ export PYTHONDONTWRITEBYTECODE = 1
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint format bench-crossing chromium clean
+.PHONY: run test lint format bench-crossing pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -26,6 +26,10 @@ format: $(VENV)/.dev
 
 bench-crossing: $(VENV)/.dev
 	$(BIN)/python benchmarks/crossing.py
+
+# The screenshots in the docs, made by the browser tests.
+pictures: $(VENV)/.dev chromium
+	EVASTUDIO_PICTURES=docs/images $(BIN)/python -m pytest tests/browser/test_flight.py
 
 # Debian's package where it can be installed, else Playwright's own.
 chromium: $(VENV)/.dev

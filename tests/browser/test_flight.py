@@ -119,7 +119,7 @@ def test_an_animator_flies_cleans_fits_and_plays(
     assert status["progress"] > 0.0
     with Store(studio.workspace.store_url) as store:
         assert store.session(session.id).pairs == take.pairs
-    page.screenshot(path=pictures / "playing-own.png")
+    page.screenshot(path=pictures / "own-policy.png")
     page.locator("#stop").click()
     phase(page, "ready")
 
