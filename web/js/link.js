@@ -30,7 +30,9 @@ export class Link extends EventTarget {
     const attempt = ++this.attempt;
     clearTimeout(this.timer);
     if (fresh) this.stage = null;
-    this.socket?.close();
+    const former = this.socket;
+    this.socket = null;
+    former?.close();
     try {
       if (this.stage !== null) await api.stage(this.stage.id).catch(forgetIfGone(this));
       if (this.stage === null) {

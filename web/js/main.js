@@ -57,12 +57,15 @@ async function openStage() {
 const remembered = (scene) => `evastudio.session.${scene}`;
 
 const link = new Link(openStage);
+let viewIsNew = false;
 link.addEventListener("stage", (event) => {
   view.src = /** @type {CustomEvent} */ (event).detail.view;
+  viewIsNew = true;
 });
 link.addEventListener("open", () => {
   // The view connects anew by itself only while it has the focus.
-  if (!banner.hidden && link.stage) view.src = link.stage.view;
+  if (!banner.hidden && !viewIsNew && link.stage) view.src = link.stage.view;
+  viewIsNew = false;
   banner.hidden = true;
   store.set({ connected: true });
   attempt(async () => {

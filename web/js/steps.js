@@ -40,7 +40,6 @@ export function steps(store, act) {
       button.title = missing[action] ?? "";
       button.classList.toggle("next", action === next && missing[action] === null);
     }
-    byId("undo", HTMLElement).hidden = missing.undo !== null;
     byId("unclean", HTMLElement).hidden = !session(state)?.cleaning;
     const done = finished(state);
     for (const item of document.querySelectorAll(".step")) {
