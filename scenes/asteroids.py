@@ -113,15 +113,8 @@ class Asteroids(Scene):
         half = self.values["half_width"] + MARGIN
         count = max(1, round(self.values["density"] * (2 * half) ** 2 / (np.pi * REACH**2)))
         rocks = rng.uniform((CLEAR, -half, -half), (LENGTH, half, half), (worlds, count, 3))
-        slab = np.clip(np.floor(rocks[:, :, 0] / SLAB), 0, SLABS - 1)
-        row = np.clip(np.floor((rocks[:, :, 1] / half + 1.0) * (ROWS / 2)), 0, ROWS - 1)
-        cell = (slab * ROWS + row).astype(np.int64)
-        order = np.argsort(cell, axis=1, kind="stable")
-        rocks = np.take_along_axis(rocks, order[:, :, None], axis=1)
-        edges = np.arange(SLABS * ROWS + 1)
-        cells = np.stack([np.searchsorted(np.sort(world), edges) for world in cell])
         return Snapshot(
-            {"rocks": rocks, "cells": cells.astype(np.int64), "half": np.full(worlds, half)},
+            in_cells(rocks, half),
             {
                 "position": np.zeros((worlds, 3)),
                 "heading": np.zeros((worlds, 2)),
@@ -300,6 +293,8 @@ class Canonical(Perception):
         along = np.where((strength > 1e-6) | (error > 1e-9), along, (1.0, 0.0))
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
         side = (course * across).sum(axis=1, keepdims=True)
+        first = (push[:, 0] * across).sum(axis=1, keepdims=True)
+        side = np.where(np.abs(side) > 1e-12, side, first)
         across = np.where(side < 0.0, -across, across)
         frame = np.stack([along, across], axis=1)
         offset = weight[:, :1] * np.minimum(aside[:, :1], 12.0)
@@ -344,6 +339,21 @@ def unit(vectors: Array) -> tuple[Array, Array]:
 def turned(frames: AnyArray, vectors: Array) -> Array:
     """`vectors` (worlds, 2) multiplied by `frames` (worlds, 2, 2)."""
     return np.asarray((frames * vectors[:, None, :]).sum(axis=2))
+
+
+def in_cells(rocks: Array, half: float) -> dict[str, AnyArray]:
+    """What is fixed in worlds with these `rocks` (worlds, N, 3), within `half` of the middle."""
+    slab = np.clip(np.floor(rocks[:, :, 0] / SLAB), 0, SLABS - 1)
+    row = np.clip(np.floor((rocks[:, :, 1] / half + 1.0) * (ROWS / 2)), 0, ROWS - 1)
+    cell = (slab * ROWS + row).astype(np.int64)
+    order = np.argsort(cell, axis=1, kind="stable")
+    edges = np.arange(SLABS * ROWS + 1)
+    cells = np.stack([np.searchsorted(np.sort(world), edges) for world in cell])
+    return {
+        "rocks": np.take_along_axis(rocks, order[:, :, None], axis=1),
+        "cells": cells.astype(np.int64),
+        "half": np.full(len(rocks), half),
+    }
 
 
 def rocks_within(
