@@ -83,6 +83,11 @@ def clean_pairs(
     """
     if len(pairs) == 0:
         raise InvalidInputError("There are no pairs to clean. Record a take first.")
+    if len(pairs) <= n_neighbors:
+        raise InvalidInputError(
+            f"Cleaning compares every pair with its {n_neighbors} nearest others, and there are "
+            f"only {len(pairs)} pairs. Record more first."
+        )
     progress(0.0, "Looking for conflicts")
     span = scene.action.high - scene.action.low
     eliminator = ConflictEliminator(

@@ -10,6 +10,7 @@ import numpy as np
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.learning.cleaning import Cleaning, Progress, silent
+from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.policy import LEARNERS, Policy, fingerprint
 from evastudio.learning.svr import SVRPolicy
 from evastudio.world.scene import Perception, Scene
@@ -54,6 +55,13 @@ def fit_policy(
         )
     view.state.check(pairs.states, "states of the pairs")
     scene.action.check(pairs.actions, "actions of the pairs")
+    if isinstance(fitted, KNNPolicy):
+        fitted.check_settings()
+        if fitted.k > len(pairs):
+            raise InvalidInputError(
+                f"Every decision was to be made from k = {fitted.k} pairs, and there are only "
+                f"{len(pairs)}. Record more, or choose a smaller k."
+            )
     progress(0.0, f"Fitting {len(pairs)} pairs")
     if isinstance(fitted, SVRPolicy):
         fitted.fit(

@@ -212,6 +212,16 @@ def test_fitting_refuses_what_it_cannot_use(asteroids):
         fit_policy(pairs, scene, learner="knn", settings={"k": 61})
 
 
+def test_too_few_pairs_to_clean_are_refused_in_plain_words(asteroids):
+    scene = asteroids()
+    for count, says in (
+        (0, "no pairs to clean"),
+        (9, "its 9 nearest others, and there are only 9"),
+    ):
+        with pytest.raises(InvalidInputError, match=says):
+            clean_pairs(some_pairs(scene).keep(np.arange(60) < count), scene)
+
+
 def test_fitting_and_cleaning_tell_their_progress(asteroids):
     told = []
     scene = asteroids()
