@@ -43,7 +43,8 @@ const banner = byId("connection", HTMLElement);
 /** Everything that the page reads before it can open a stage. */
 async function openStage() {
   const scenes = await api.scenes();
-  const scene = scenes.find(({ name }) => name === store.state.scene?.name) ?? scenes[0] ?? null;
+  const last = store.state.scene?.name ?? localStorage.getItem(LAST_SCENE);
+  const scene = scenes.find(({ name }) => name === last) ?? scenes[0] ?? null;
   if (scene === null) throw new Error("This workspace has no scene.");
   const changed = scene.name !== store.state.scene?.name;
   const known = await api.sessions(scene.name);
@@ -53,7 +54,9 @@ async function openStage() {
   return api.openStage(scene.name, store.state.options, chosen);
 }
 
-/** Where the browser keeps which session was chosen last. @param {string} scene */
+/** Where the browser keeps which scene was chosen last. */
+const LAST_SCENE = "evastudio.scene";
+/** Where it keeps which session of a scene was. @param {string} scene */
 const remembered = (scene) => `evastudio.session.${scene}`;
 
 const link = new Link(openStage);
@@ -188,6 +191,7 @@ byId("unclean", HTMLButtonElement).addEventListener("click", () =>
 sessions(store, {
   chooseScene: (name) => {
     const scene = store.state.scenes.find((one) => one.name === name) ?? null;
+    localStorage.setItem(LAST_SCENE, name);
     store.set({ scene, session: null, takes: [], policy: null, options: {}, status: null });
     link.connect(true);
   },
