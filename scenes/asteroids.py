@@ -465,7 +465,7 @@ def dust(half: float) -> Body:
     rng = np.random.default_rng(7)
     places = rng.uniform((-20.0, -half, -half), (LENGTH + 80.0, half, half), (6000, 3))
     wxyzs = np.tile((1.0, 0.0, 0.0, 0.0), (len(places), 1))
-    return Body("dust", "mote", places, wxyzs, rng.uniform(0.02, 0.07, len(places)), fixed=True)
+    return Body("dust", "mote", places, wxyzs, rng.uniform(0.02, 0.045, len(places)), fixed=True)
 
 
 def mote_mesh() -> Mesh:
@@ -483,7 +483,7 @@ def rock_meshes() -> dict[str, Mesh]:
     for number, (name, color) in enumerate(zip(ROCKS, colors, strict=True)):
         rng = np.random.default_rng(number)
         ball = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
-        points = np.asarray(ball.vertices, dtype=np.float64) + rng.normal(0, 0.05, (162, 3))
+        points = np.asarray(ball.vertices, dtype=np.float64) + rng.normal(0, 0.035, (162, 3))
         points /= np.linalg.norm(points, axis=1, keepdims=True)
         cuts = rng.normal(size=(20, 3))
         cuts /= np.linalg.norm(cuts, axis=1, keepdims=True)
@@ -491,7 +491,7 @@ def rock_meshes() -> dict[str, Mesh]:
         facing = np.maximum(points @ cuts.T, 1e-9)
         radius = np.minimum((depth / facing).min(axis=1), 1.0)
         craters = np.exp(-((1.0 - points @ cuts[:4].T) / 0.03)) * 0.09
-        radius *= (1.0 - craters.sum(axis=1)) * rng.uniform(0.97, 1.0, len(points))
+        radius *= (1.0 - craters.sum(axis=1)) * rng.uniform(0.985, 1.0, len(points))
         meshes[name] = Mesh(
             points * radius[:, None], np.asarray(ball.faces, dtype=np.int64), color, flat=True
         )
