@@ -1,0 +1,1 @@
+"""What must be fast, compiled by numba: loaded when first needed."""
