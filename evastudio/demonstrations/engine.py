@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import uuid
 
-from sqlalchemy import Engine, create_engine, event, insert, inspect, select
+from sqlalchemy import Engine, ExceptionContext, create_engine, event, insert, inspect, select
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, SQLAlchemyError
 
@@ -16,7 +16,8 @@ def open_engine(url: str) -> Engine:
     """A connection pool on the store at `url`, its tables made or checked.
 
     Raises StorageError for an address that cannot be opened, a file that is no session store,
-    and a store written by a newer version.
+    and a store written by a newer version. Whatever the database refuses later is a StorageError
+    too.
     """
     try:
         parsed = make_url(url)
@@ -40,12 +41,26 @@ def open_engine(url: str) -> Engine:
     except SQLAlchemyError as error:
         engine.dispose()
         raise StorageError(f"The session store {shown!r} cannot be opened: {error}.") from None
+
+    def told(context: ExceptionContext) -> Exception | None:
+        if not isinstance(context.sqlalchemy_exception, DatabaseError):
+            return None
+        return StorageError(
+            f"The session store {shown!r} cannot be used: {context.original_exception}. Try "
+            "again; if it is damaged, move it away or choose another with --store."
+        )
+
+    event.listen(engine, "handle_error", told)
     return engine
 
 
 def _prepare(engine: Engine, shown: str) -> None:
     with engine.begin() as connection:
         present = set(inspect(connection).get_table_names())
+        if not present and engine.dialect.name == "sqlite":
+            # Of several programs that open a new file at once, one makes the tables.
+            connection.exec_driver_sql("BEGIN IMMEDIATE")
+            present = set(inspect(connection).get_table_names())
         if schema.store.name not in present:
             if present:
                 raise StorageError(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sqlite3
+import threading
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -161,6 +163,31 @@ def test_a_truncated_store_is_refused(workspace: Workspace, scene: Scene) -> Non
     path.write_bytes(path.read_bytes()[:5000])
     with pytest.raises(StorageError, match="cannot be opened"):
         Store(workspace.store_url)
+
+
+def test_damage_that_shows_only_later_is_told_as_a_sentence(
+    workspace: Workspace, scene: Scene
+) -> None:
+    with Store(workspace.store_url) as store:
+        session = store.create_session(scene, "Torn", "test", 0.0)
+        demonstrate(store, session, scene, 1, 30)
+    with sqlite3.connect(workspace.root / "studio.db") as connection:
+        connection.execute("drop table chunks")
+    connection.close()
+    with Store(workspace.store_url) as store, pytest.raises(StorageError, match="cannot be used"):
+        store.session(session)
+
+
+def test_programs_that_open_a_new_store_at_once_share_it(workspace: Workspace) -> None:
+    together = threading.Barrier(8)
+
+    def open_it(_: int) -> str:
+        together.wait()
+        with Store(workspace.store_url) as store:
+            return store.identity
+
+    with ThreadPoolExecutor(8) as threads:
+        assert len(set(threads.map(open_it, range(8)))) == 1
 
 
 def test_a_newer_store_is_refused(workspace: Workspace) -> None:
