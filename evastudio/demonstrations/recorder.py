@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
-from sqlalchemy.exc import SQLAlchemyError
 
 from evastudio.demonstrations.store import Store
-from evastudio.errors import StudioError
+from evastudio.errors import NotFoundError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
@@ -21,7 +22,9 @@ logger = logging.getLogger(__name__)
 
 CHUNK_S = 0.4
 """Longest time that pairs wait in memory; with the write itself it stays under 0.5 s."""
-
+CLOSE_S = 10.0
+"""So long a closing recorder goes on trying to write what it could not."""
+RETRY_S = 0.1
 
 Row = tuple[Array, Array, Snapshot]
 """State (1, n), action (1, m) and moment of one decision step."""
@@ -148,20 +151,32 @@ class Recorder:
         return True
 
     def settle(self, then: Callable[[], None]) -> None:
-        """Call `then` on the writing thread after everything asked for so far."""
+        """Call `then` on the writing thread after everything asked for so far.
+
+        What could not be written is tried again first. A closed recorder calls nobody.
+        """
 
         def told() -> None:
+            self._retry()
             try:
                 then()
-            except (SQLAlchemyError, StudioError, OSError) as error:
-                logger.warning("The store could not be read: %s", _reason(error))
+            except Exception as error:
+                logger.warning("The store could not be read: %s", error)
 
-        self._writer.submit(told)
+        with contextlib.suppress(RuntimeError):  # closed by another thread
+            self._writer.submit(told)
 
-    def close(self, now: float) -> None:
-        """End the running take and return when everything is written."""
+    def close(self, now: float, patience_s: float = CLOSE_S) -> None:
+        """End the running take and return when everything is written.
+
+        A store that refuses is asked again for `patience_s`; `problem` then says what is missing.
+        """
         self.end(None, now)
+        with contextlib.suppress(RuntimeError):  # closed already
+            self._writer.submit(self._insist, patience_s)
         self._writer.shutdown(wait=True)
+        if self._pending:
+            logger.error("A take of session %d is not whole. %s", self.session, self.problem)
 
     def _submit(self, work: Callable[[], None]) -> None:
         self._writer.submit(self._drain, work)
@@ -169,11 +184,24 @@ class Recorder:
     def _drain(self, work: Callable[[], None]) -> None:
         """Do `work` after what failed before; what fails now stays first in line."""
         self._pending.append(work)
+        self._retry()
+
+    def _insist(self, patience_s: float) -> None:
+        until = time.monotonic() + patience_s
+        while self._pending and time.monotonic() < until:
+            time.sleep(RETRY_S)
+            self._retry()
+
+    def _retry(self) -> None:
         while self._pending:
             try:
                 self._pending[0]()
-            except (SQLAlchemyError, StudioError, OSError) as error:
-                self.problem = f"Recording goes on in memory, saving failed: {_reason(error)}"
+            except NotFoundError as error:  # the take was deleted meanwhile: nothing to try again
+                logger.warning("%s", error)
+            except Exception as error:  # whatever it is, the person must be told
+                if self.problem is None:
+                    logger.warning("A take could not be written", exc_info=error)
+                self.problem = f"Recording goes on in memory, saving failed: {error}"
                 return
             self._pending.popleft()
         self.problem = None
@@ -201,7 +229,3 @@ class Recorder:
             moving,
         )
         take.written += len(rows)
-
-
-def _reason(error: Exception) -> str:
-    return str(getattr(error, "orig", None) or error)

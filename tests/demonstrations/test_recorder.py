@@ -99,6 +99,63 @@ def test_a_locked_store_is_told_and_nothing_is_lost(workspace: Workspace, scene:
         assert np.array_equal(store.load_take(take.id).snapshots["steps"], np.arange(25))
 
 
+def test_closing_waits_for_a_store_that_is_locked(workspace: Workspace, scene: Scene) -> None:
+    with Store(workspace.store_url + "?timeout=0.05") as store:
+        session = store.create_session(scene, "Busy", "test", 0.0)
+        recorder = Recorder(store, session)
+        other = sqlite3.connect(
+            workspace.root / "studio.db", isolation_level=None, check_same_thread=False
+        )
+        other.execute("begin exclusive")
+        recorder.begin(scene, scene.worlds([1]), 1, "test", 0.0)
+        add(recorder, scene, scene.worlds([1]), 3)
+        recorder.end("crossed", 1.0)
+        written(recorder)
+        assert recorder.problem is not None
+        unlock = threading.Timer(0.2, lambda: other.execute("rollback"))
+        unlock.start()
+        recorder.close(1.0)
+        unlock.join()
+        other.close()
+        assert recorder.problem is None
+        assert [(take.pairs, take.outcome) for take in store.takes(session)] == [(3, "crossed")]
+
+
+def test_a_pair_that_cannot_be_written_is_told(store: Store, scene: Scene) -> None:
+    session = store.create_session(scene, "Odd", "test", 0.0)
+    recorder = Recorder(store, session)
+    snapshot = scene.worlds([1])
+    recorder.begin(scene, snapshot, 1, "test", 0.0)
+    recorder.add(np.array([["no number"]], dtype=object), np.zeros((1, 2)), snapshot)
+    recorder.flush()
+    written(recorder)
+    assert recorder.problem is not None
+    recorder.close(1.0, patience_s=0.0)
+
+
+def test_a_take_deleted_meanwhile_does_not_hold_up_the_next(store: Store, scene: Scene) -> None:
+    session = store.create_session(scene, "Emptied", "test", 0.0)
+    recorder = Recorder(store, session)
+    recorder.begin(scene, scene.worlds([1]), 1, "test", 0.0)
+    add(recorder, scene, scene.worlds([1]), 10)
+    recorder.discard(1.0)
+    written(recorder)
+    assert store.empty_trash(session) == 1
+    recorder.undo()
+    recorder.begin(scene, scene.worlds([2]), 2, "test", 2.0)
+    add(recorder, scene, scene.worlds([2]), 10)
+    recorder.close(3.0)
+    assert recorder.problem is None
+    assert [take.pairs for take in store.takes(session)] == [10]
+
+
+def test_a_closed_recorder_calls_nobody(store: Store, scene: Scene) -> None:
+    recorder = Recorder(store, store.create_session(scene, "Closed", "test", 0.0))
+    recorder.close(0.0)
+    recorder.settle(lambda: pytest.fail("nobody waits for this"))
+    recorder.close(0.0)
+
+
 def test_an_empty_take_leaves_no_trace(store: Store, scene: Scene) -> None:
     session = store.create_session(scene, "Empty", "test", 0.0)
     recorder = Recorder(store, session)
