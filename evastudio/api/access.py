@@ -6,10 +6,10 @@ import hmac
 import ipaddress
 import socket
 from dataclasses import dataclass
-from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import cookie_parser
 from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -46,8 +46,11 @@ class Door:
 
     def admits_host(self, host_header: str) -> bool:
         """Whether a request addressed to that host is meant for this server (DNS rebinding)."""
-        name = urlsplit(f"//{host_header}").hostname or ""
-        if name in {"localhost", "127.0.0.1", "::1", self.host.strip("[]")}:
+        try:
+            name = urlsplit(f"//{host_header}").hostname or ""
+        except ValueError:  # half an IPv6 address
+            return False
+        if name in {"localhost", "127.0.0.1", "::1", self.host.strip("[]").lower()}:
             return True
         if self.host not in ANY_HOST:
             return False
@@ -94,14 +97,11 @@ class Guard:
         bearer = headers.get("authorization", "")
         scheme, _, given = bearer.partition(" ")
         by_header = scheme.lower() == "bearer" and self._door.knows(given.strip())
-        if not by_header and not self._door.knows(self._cookie(headers)):
+        if not websocket and scope["path"] == "/":
             offered = dict(parse_qsl(scope.get("query_string", b"").decode("latin-1")))
-            if (
-                not websocket
-                and scope["path"] == "/"
-                and self._door.knows(offered.get("token", ""))
-            ):
+            if self._door.knows(offered.get("token", "")):
                 return self._welcome(offered)
+        if not by_header and not self._door.knows(self._cookie(headers)):
             return problem_response(
                 401,
                 "No access",
@@ -113,7 +113,7 @@ class Guard:
         if origin is None:
             allowed = by_header or not needs_origin
         else:
-            allowed = urlsplit(origin).netloc == host
+            allowed = origin.partition("://")[2] == host
         if not allowed and (needs_origin or origin is not None):
             return problem_response(
                 403, "Wrong origin", "This request came from another site and was refused."
@@ -121,12 +121,8 @@ class Guard:
         return None
 
     def _cookie(self, headers: Headers) -> str:
-        try:
-            cookies = SimpleCookie(headers.get("cookie", ""))
-        except CookieError:
-            return ""
-        found = cookies.get(self._door.cookie)
-        return found.value if found else ""
+        """Read as browsers write them: other servers of this host put anything into theirs."""
+        return cookie_parser(headers.get("cookie", "")).get(self._door.cookie, "")
 
     def _welcome(self, query: dict[str, str]) -> Response:
         """Swap the token in the address for a cookie, so that it does not stay in the history."""

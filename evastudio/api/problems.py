@@ -53,7 +53,9 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(HTTPException)
     async def http_error(_: Request, error: HTTPException) -> Response:
-        return problem_response(error.status_code, "Request refused", str(error.detail))
+        response = problem_response(error.status_code, "Request refused", str(error.detail))
+        response.headers.update(error.headers or {})
+        return response
 
     @app.exception_handler(Exception)
     async def unexpected(_: Request, error: Exception) -> Response:

@@ -12,6 +12,8 @@ import pytest
 from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
 
+from evastudio.api.access import Door
+
 if TYPE_CHECKING:
     from conftest import Studio
 
@@ -83,6 +85,32 @@ def test_the_printed_address_gives_a_cookie_and_leaves_the_token_out(studio: Stu
     assert page.status_code == 200
     assert "default-src 'self'" in page.headers["content-security-policy"]
     assert page.headers["x-content-type-options"] == "nosniff"
+
+
+def test_the_printed_address_leaves_the_token_out_the_second_time_too(studio: Studio) -> None:
+    cookie = httpx.get(studio.url, trust_env=False).headers["set-cookie"].partition(";")[0]
+    answer = httpx.get(studio.url, headers={"Cookie": cookie}, trust_env=False)
+    assert (answer.status_code, answer.headers["location"]) == (303, "/")
+
+
+def test_cookies_of_other_servers_on_this_host_do_not_lock_anybody_out(studio: Studio) -> None:
+    cookie = httpx.get(studio.url, trust_env=False).headers["set-cookie"].partition(";")[0]
+    for other in ('theme={"dark": true}', "user name=x", "a=b=c", '="'):
+        for both in (f"{other}; {cookie}", f"{cookie}; {other}"):
+            assert bare(studio, "GET", "/", {"Cookie": both}).status_code == 200
+
+
+def test_half_an_address_is_refused_not_an_error(studio: Studio) -> None:
+    token = {"Authorization": f"Bearer {studio.token}"}
+    assert bare(studio, "GET", "/", {**token, "Host": "[::1"}).status_code == 421
+    assert bare(studio, "GET", "/", {**token, "Origin": "http://[x"}).status_code == 403
+
+
+def test_a_host_name_is_known_in_any_case() -> None:
+    door = Door("MyHost", 8400, "t" * 20)
+    assert door.admits_host("myhost:8400")
+    assert door.admits_host("MYHOST:8400")
+    assert not door.admits_host("other:8400")
 
 
 def test_the_cookie_alone_changes_nothing_from_another_site(studio: Studio) -> None:
