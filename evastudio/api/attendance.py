@@ -37,5 +37,15 @@ class Attendance:
                 return  # the stage is closed already
             self._wait()
 
+    def seen(self) -> None:
+        """A program drives the stage without being connected."""
+        if self._present == 0:
+            self._closing.cancel()
+            self._wait()
+
+    def end(self) -> None:
+        """The stage is closed: wait for nobody."""
+        self._closing.cancel()
+
     def _wait(self) -> None:
         self._closing = asyncio.get_running_loop().call_later(IDLE_S, self._close)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 T = TypeVar("T")
 Name = Annotated[str, Field(min_length=1, max_length=200)]
@@ -182,6 +182,6 @@ class KeysIn(Model):
     """Exactly these keys are held."""
 
     held: Annotated[list[Annotated[str, Field(max_length=40)]], Field(max_length=40)]
-    time_ms: float
+    time_ms: FiniteFloat
     """When, on the browser's clock, milliseconds since the epoch."""
     seq: int = 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 
 from fastapi import APIRouter, status
@@ -9,7 +10,7 @@ from fastapi import APIRouter, status
 from evastudio.api.context import Studio
 from evastudio.api.models import CleanIn, FitIn, JobOut, Page, SessionIn, SessionOut, TakeOut
 from evastudio.demonstrations.records import SessionRecord
-from evastudio.errors import InvalidInputError, not_found
+from evastudio.errors import ConflictError, InvalidInputError, not_found
 from evastudio.learning.catalog import checked_policy_name, policy_name_from
 from evastudio.learning.policy import LEARNERS
 from evastudio.live import headless
@@ -115,5 +116,6 @@ def _need_pairs(session: int, studio: Studio) -> SessionRecord:
 def _changed(take: int, studio: Studio) -> TakeOut:
     record = studio.store.take(take)
     for stage in studio.stages.all():
-        stage.refresh()
+        with contextlib.suppress(ConflictError):  # it closes at this moment
+            stage.refresh()
     return TakeOut.model_validate(record)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import logging
 import time
 from collections.abc import Mapping
 from typing import Any
@@ -13,11 +15,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from evastudio.api.attendance import Attendance
 from evastudio.api.context import Context, Studio
 from evastudio.api.models import CommandIn, KeysIn, StageIn, StageOut
-from evastudio.errors import InvalidInputError, StudioError
+from evastudio.errors import InvalidInputError, NotFoundError, StudioError
 from evastudio.live.jobs import Job
 from evastudio.live.stages import LiveStage
 
 router = APIRouter(prefix="/stages", tags=["stages"])
+logger = logging.getLogger(__name__)
 
 MAX_AGE_S = 0.25
 """An edge of a key is believed to be at most this old."""
@@ -31,11 +34,15 @@ async def open_stage(body: StageIn, studio: Studio) -> StageOut:
     stage = await asyncio.to_thread(
         studio.stages.open, body.scene, body.options, body.session, body.seed
     )
-    for hook in studio.stage_opened:
-        hook(stage)
+    try:
+        for hook in studio.stage_opened:
+            hook(stage)
+    except BaseException:
+        await _close(stage.name, studio)
+        raise
 
     def close() -> None:
-        studio.background(_close(stage.name, studio))
+        studio.background(_close_idle(stage.name, studio))
 
     studio.attendances[stage.name] = Attendance(stage, close)
     return _stage(stage)
@@ -48,11 +55,14 @@ def get_stage(stage: str, studio: Studio) -> dict[str, Any]:
 
 
 @router.post("/{stage}/commands")
-def command_stage(stage: str, body: CommandIn, studio: Studio) -> dict[str, Any]:
+async def command_stage(stage: str, body: CommandIn, studio: Studio) -> dict[str, Any]:
     """Do on a stage what a person does; how it then stands."""
     found = studio.stages.get(stage)
-    perform(found, body)
-    return found.status()
+    attendance = studio.attendances.get(stage)
+    if attendance is not None:
+        attendance.seen()
+    await asyncio.to_thread(perform, found, body)
+    return await asyncio.to_thread(found.status)
 
 
 @router.delete("/{stage}", status_code=status.HTTP_204_NO_CONTENT)
@@ -64,13 +74,16 @@ async def close_stage(stage: str, studio: Studio) -> None:
 @router.websocket("/{stage}/socket")
 async def drive(websocket: WebSocket, stage: str, studio: Studio) -> None:
     """Keys and commands in, status, jobs and notices out, as JSON messages with a `type`."""
+    attendance = studio.attendances.get(stage)
     try:
         found = studio.stages.get(stage)
     except StudioError:
+        attendance = None
+    if attendance is None:
         await websocket.close(4404, "There is no such stage; load the page again.")
         return
     await websocket.accept()
-    await Drive(websocket, found, studio).run()
+    await Drive(websocket, found, attendance, studio).run()
 
 
 class _Message(BaseModel):
@@ -81,9 +94,12 @@ class _Message(BaseModel):
 class Drive:
     """One page at one stage."""
 
-    def __init__(self, websocket: WebSocket, stage: LiveStage, studio: Context) -> None:
+    def __init__(
+        self, websocket: WebSocket, stage: LiveStage, attendance: Attendance, studio: Context
+    ) -> None:
         self._websocket = websocket
         self._stage = stage
+        self._attendance = attendance
         self._studio = studio
         self._loop = asyncio.get_running_loop()
         self._out: asyncio.Queue[Mapping[str, Any]] = asyncio.Queue()
@@ -91,8 +107,7 @@ class Drive:
         self._lag_s = float("inf")
 
     async def run(self) -> None:
-        attendance = self._studio.attendances[self._stage.name]
-        attendance.came()
+        self._attendance.came()
         self._stage.on_status.append(self._told_status)
         self._studio.job_listeners.add(self._told_job)
         tasks = [
@@ -110,7 +125,7 @@ class Drive:
             await asyncio.gather(*tasks, return_exceptions=True)
             self._studio.job_listeners.discard(self._told_job)
             self._stage.on_status.remove(self._told_status)
-            attendance.left()
+            self._attendance.left()
 
     def _told_status(self, told: dict[str, Any]) -> None:
         """On the stage's thread."""
@@ -166,13 +181,23 @@ class Drive:
                 await asyncio.to_thread(perform, self._stage, command)
             except StudioError as error:
                 self._notice(str(error))
+            except Exception:
+                logger.exception("The command %r failed", command.name)
+                self._notice("This did not work, for a reason that the server's log tells.")
 
     def _notice(self, text: str) -> None:
         self._put({"type": "notice", "level": "error", "text": text})
 
 
+async def _close_idle(stage: str, studio: Context) -> None:
+    with contextlib.suppress(NotFoundError):  # somebody was faster
+        await _close(stage, studio)
+
+
 async def _close(stage: str, studio: Context) -> None:
-    studio.attendances.pop(stage, None)
+    attendance = studio.attendances.pop(stage, None)
+    if attendance is not None:
+        attendance.end()
     await asyncio.to_thread(studio.stages.close, stage)
     for hook in studio.stage_closed:
         hook(stage)

@@ -239,26 +239,40 @@ class LiveStage:
                 calls = list(self._calls)
                 self._calls.clear()
             for call in calls:
-                call()
+                self._safely(call)
             recording = self._stage.phase is Phase.RECORDING
             due = self._advance()
             if recording and self._stage.phase is Phase.ENDED:
                 self.refresh()
-            self._tell_changes()
+            self._safely(self._tell_changes)
+
+    def _safely(self, work: Callable[[], None]) -> None:
+        """Do `work`; a scene that fails while it is looked at does not end the thread either."""
+        try:
+            work()
+        except Exception as error:
+            self._failed(error)
 
     def _advance(self) -> float:
         """Advance the stage; a scene or pilot that fails ends the take, not the stage."""
         try:
             return self._stage.advance(time.monotonic(), time.time())
         except Exception as error:  # scenes and pilots are other people's code
-            logger.exception("Stage %s stopped", self.name)
-            self._fault = (
-                f"The character stopped: {error}"
-                if isinstance(error, StudioError)
-                else "The scene or the character failed and was stopped; the log tells why."
-            )
-            self._stage.stop(time.time())
+            self._failed(error)
             return time.monotonic() + STATUS_S
+
+    def _failed(self, error: Exception) -> None:
+        """Keep the take, go back to ready, and tell why; once where it goes on failing."""
+        fault = (
+            f"The character stopped: {error}"
+            if isinstance(error, StudioError)
+            else "The scene or the character failed and was stopped; the log tells why."
+        )
+        if fault != self._fault:
+            logger.error("Stage %s stopped", self.name, exc_info=error)
+        self._fault = fault
+        with contextlib.suppress(Exception):  # the scene may fail at its beginning too
+            self._stage.stop(time.time())
 
     def _post(self, work: Callable[[], None]) -> None:
         with self._wake:
