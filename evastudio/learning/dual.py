@@ -92,13 +92,18 @@ def _compiled(
     start: Array | None,
     watch: Callable[[float], None] | None,
 ) -> DualSolution:
-    from evastudio.learning.kernels.smo import Descent, Rows, minimise  # numba loads slowly
+    from evastudio.learning.kernels.smo import (
+        Descent,
+        Rows,
+        memory_for,
+        minimise,
+    )  # numba loads slowly
 
     count, outputs = targets.shape
     # float32 resolves distances best around the middle.
-    rows = Rows(
-        (points - points.mean(axis=0)).astype(np.float32), gamma, SHARE_OF_WHOLE * megabytes
-    )
+    centred = (points - points.mean(axis=0)).astype(np.float32)
+    rows = Rows(centred, gamma, memory_for(count, SHARE_OF_WHOLE * megabytes))
+    spare = memory_for(count, megabytes - rows.rows.nbytes / 1e6)
     weights = np.zeros((count, outputs))
     intercepts, objectives, violations = (np.empty(outputs) for _ in range(3))
     steps = np.empty(outputs, np.int64)
@@ -114,7 +119,7 @@ def _compiled(
                 watch((done + share) / outputs)
 
         most = max(MOST_STEPS, 100 * count)
-        steps[output], violations[output] = minimise(descent, tolerance, most, megabytes, report)
+        steps[output], violations[output] = minimise(descent, tolerance, most, spare, report)
         weights[:, output] = descent.beta
         slopes = descent.slopes[:count]
         intercepts[output] = _intercept(slopes, descent.beta, C, epsilon, descent.range())

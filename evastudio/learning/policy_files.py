@@ -1,8 +1,9 @@
 """Policy files: one `.safetensors` file, arrays and a JSON header. Never a pickle.
 
 The header's one metadata entry `evastudio` holds the JSON of `Policy.describe()` with the format
-version and the state and action fields. Arrays are float64 (indices int64). The file is read
-here, and not by a library, because every byte of a foreign file must be checked before use.
+version and the state and action fields. Arrays are float64 (indices int64), those of a compact
+SVR narrower. The file is read here, and not by a library, because every byte of a foreign file
+must be checked before use.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ from evastudio.learning.svr import SVRPolicy
 from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Box, Field
 
-FORMAT = 1
-"""Raised whenever older readers could not make sense of a file."""
+FORMAT = 2
+"""Raised whenever older readers could not make sense of a file. 2 added the SVR's `bases`."""
+READABLE = (1, FORMAT)
 KEY = "evastudio"
 SUFFIX = ".safetensors"
 MAX_HEADER = 16_000_000
@@ -48,6 +50,13 @@ ARRAYS: Mapping[str, tuple[str, ...]] = {
 }
 """The fitted attributes that make each learner whole."""
 
+NARROW: Mapping[str, type[np.generic]] = {
+    "support": np.int32,
+    "support_vectors": np.float16,
+    "coefficients": np.float32,
+}
+"""How a compact SVR is stored; it is made of numbers that lose nothing by it."""
+
 
 def save_policy(policy: Policy, path: str | Path) -> Path:
     """Write `policy` to `path`, all of it or nothing. Returns the path.
@@ -61,10 +70,11 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
         "state": _fields_out(policy.state),
         "action": _fields_out(policy.action),
     }
-    arrays = {
-        name.rstrip("_"): np.ascontiguousarray(getattr(policy.learner, name))
-        for name in ARRAYS[policy.learner_name]
-    }
+    arrays = {}
+    for name in ARRAYS[policy.learner_name]:
+        key = name.rstrip("_")
+        dtype = _stored_as(policy.learner, key)
+        arrays[key] = np.ascontiguousarray(getattr(policy.learner, name), dtype=dtype)
     data = save(arrays, {KEY: json.dumps(header, allow_nan=False)})
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -84,6 +94,13 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
             "exists, has room and may be written to."
         ) from None
     return path
+
+
+def _stored_as(learner: Learner, key: str) -> type[np.generic]:
+    """The kind of number that array `key` of `learner` is stored as."""
+    if isinstance(learner, SVRPolicy) and learner.bases is not None and key in NARROW:
+        return NARROW[key]
+    return np.int64 if key == "support" else np.float64
 
 
 def load_policy(path: str | Path) -> Policy:
@@ -151,7 +168,7 @@ def _header(path: Path, data: bytes) -> dict[str, Any]:
             f"{path} has policy format {version}, and this studio reads up to {FORMAT}. "
             "Install a newer EVA Studio to use it."
         )
-    if version != FORMAT:
+    if version not in READABLE:
         _damaged(path, f"its format is {version!r}, expected {FORMAT}")
     return dict(header)
 
@@ -197,6 +214,8 @@ def _learner(
         raise InvalidInputError(f"its learner {name!r} is not known here")
     learner: Any = LEARNERS[name]()
     settings = dict(header["settings"])
+    if header["format"] == 1 and name == "svr":
+        settings.setdefault("bases", None)
     if set(settings) != set(learner.get_params()):
         raise InvalidInputError("its settings are not those of its learner")
     learner.set_params(**settings)
@@ -204,10 +223,12 @@ def _learner(
     if set(arrays) != wanted:
         raise InvalidInputError(f"it holds the arrays {sorted(arrays)}, not {sorted(wanted)}")
     for key, array in arrays.items():
-        dtype = np.int64 if key == "support" else np.float64
-        if array.dtype != dtype or not (np.abs(array) < LARGEST).all():
+        if array.dtype != _stored_as(learner, key):
+            raise InvalidInputError(f"its array {key!r} holds {array.dtype} numbers")
+        wide = array.astype(np.int64 if key == "support" else np.float64)
+        if not (np.abs(wide) < LARGEST).all():
             raise InvalidInputError(f"its array {key!r} holds values that make no sense")
-        setattr(learner, key + "_", array)
+        setattr(learner, key + "_", wide)
     rows = len(arrays["states" if name == "knn" else "support_vectors"])
     shapes: dict[str, tuple[int, ...]] = {"offset": (states,), "scale": (states,)}
     shapes |= {"intercept": (actions,)}

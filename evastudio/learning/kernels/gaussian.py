@@ -86,7 +86,9 @@ def in_blocks(points: NDArray[Any]) -> NDArray[Any]:
     count, size = points.shape
     padded = np.zeros((-(-count // LANES) * LANES, size), points.dtype)
     padded[:count] = points
-    return np.ascontiguousarray(padded.reshape(-1, LANES, size).transpose(0, 2, 1)).ravel()
+    return np.ascontiguousarray(
+        padded.reshape(len(padded) // LANES, LANES, size).transpose(0, 2, 1)
+    ).ravel()
 
 
 HEAD = 4

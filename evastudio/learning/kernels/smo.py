@@ -35,29 +35,34 @@ Watch = Callable[[float], None]
 class Rows:
     """Rows of the kernel matrix of some points, computed when first asked for.
 
-    As many as memory allows are kept; beyond that the one unused for longest makes room.
+    They are kept in `memory` (float32); beyond that the one unused for longest makes room.
     """
 
-    def __init__(self, points: NDArray[np.float32], gamma: float, megabytes: float) -> None:
+    def __init__(
+        self, points: NDArray[np.float32], gamma: float, memory: NDArray[np.float32]
+    ) -> None:
         self.points = np.ascontiguousarray(points, dtype=np.float32)
         self.blocks = in_blocks(self.points)
         self.rate = np.float32(-gamma)
         self.count, self.size = self.points.shape
         self.width = -(-self.count // LANES) * LANES
-        room = int(megabytes * 1e6 / (4 * self.width))
-        self.held = min(self.count, max(LEAST_ROWS, room))
-        # Memory that is never written is never taken, so rows that nobody asks for cost nothing.
-        self.rows = np.empty(self.held * self.width, np.float32)
+        self.held = min(self.count, len(memory) // self.width)
+        self.rows = memory[: self.held * self.width]
         self.slots = np.full(self.count, AWAY, np.int64)
         self.owners = np.full(self.held, AWAY, np.int64)
         self.stamps = np.zeros(self.held, np.int64)
         self.clock = np.zeros(2, np.int64)
         """How often a row was asked for, and how many slots are taken."""
 
-    @property
-    def bytes(self) -> int:
-        """Memory that the rows can come to take."""
-        return self.rows.nbytes
+
+def memory_for(count: int, megabytes: float) -> NDArray[np.float32]:
+    """Memory for rows of `count` points or fewer, about `megabytes` but at least a few rows.
+
+    What is never written is never taken from the system, so rows nobody asks for cost nothing.
+    """
+    width = -(-count // LANES) * LANES
+    room = int(megabytes * 1e6 / (4 * width))
+    return np.empty(min(count, max(LEAST_ROWS, room)) * width, np.float32)
 
 
 @njit(cache=True, nogil=True)
@@ -216,12 +221,12 @@ class Descent:
         downs = (self.slopes - self.fall)[:count]
         return (ups >= bottom) | (downs <= top)
 
-    def narrowed(self, kept: Numbers, megabytes: float) -> Descent:
+    def narrowed(self, kept: Numbers, memory: NDArray[np.float32]) -> Descent:
         """The same problem over the points `kept` alone, the others held where they are.
 
         Its slopes are handed over: they hold what the others contribute.
         """
-        rows = Rows(self.rows.points[kept], -float(self.rows.rate), megabytes)
+        rows = Rows(self.rows.points[kept], -float(self.rows.rate), memory)
         return Descent(
             rows, self.targets[kept], self.beta[kept], self.bound_at, self.epsilon,
             self.slopes[kept],
@@ -229,13 +234,17 @@ class Descent:
 
 
 def minimise(
-    whole: Descent, tolerance: float, most_steps: int, megabytes: float, watch: Watch
+    whole: Descent,
+    tolerance: float,
+    most_steps: int,
+    memory: NDArray[np.float32],
+    watch: Watch,
 ) -> tuple[int, float]:
     """Bring `whole` to its minimum. Returns (steps taken, largest violation left).
 
     Variables that will stay at zero or at a bound are put aside as the end comes nearer
-    (shrinking: Joachims 1998, as in LIBSVM 3.x section 5.1), and the rest moves among shorter
-    rows; at the end all are looked at again.
+    (shrinking: Joachims 1998, as in LIBSVM's section 5.1), and the rest moves among shorter
+    rows, held in `memory`; at the end all are looked at again.
     """
     part, kept = whole, np.arange(whole.rows.count)
     steps = 0
@@ -259,4 +268,4 @@ def minimise(
             if part is not whole:
                 whole.beta[kept] = part.beta
             kept = kept[awake]
-            part = part.narrowed(awake, megabytes - whole.rows.bytes / 1e6)
+            part = part.narrowed(awake, memory)
