@@ -329,7 +329,7 @@ def _print(result: Any, as_json: bool, columns: tuple[str, ...] = ()) -> None:
     table = Table(*columns, show_header=columns != ("", " "), box=None)
     for row in result:
         table.add_row(*(_text(row[column]) for column in columns))
-    Console(soft_wrap=True).print(table)
+    Console(soft_wrap=True, markup=False).print(table)
 
 
 def _text(value: Any) -> str:

@@ -29,6 +29,8 @@ from evastudio.workspace import shipped
 
 WEBSOCKET_BYTES = 64 * 2**20
 """Pictures of a view come back through its websocket."""
+BACKLOG = 128
+"""Connections that may wait while the studio starts."""
 
 
 def create_app(settings: Settings, port: int) -> FastAPI:
@@ -161,6 +163,7 @@ class _Server(uvicorn.Server):
 
 def _listen(host: str, port: int) -> socket.socket:
     """A bound socket. Raises InvalidInputError, saying what to do, where that is impossible."""
+    listener = None
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -168,9 +171,13 @@ def _listen(host: str, port: int) -> socket.socket:
         listener = socket.socket(family, kind, protocol)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind(address)
-    except OSError as error:
+        listener.listen(BACKLOG)  # from here on nobody else can have this port
+    except (OSError, UnicodeError) as error:  # the latter for a name that can be no host's
+        if listener is not None:
+            listener.close()
+        reason = getattr(error, "strerror", None) or error
         raise InvalidInputError(
-            f"The studio cannot listen at {host} port {port}: {error.strerror or error}. Choose "
-            "another with --host and --port (0 takes any free port)."
+            f"The studio cannot listen at {host} port {port}: {reason}. Choose another with "
+            "--host and --port (0 takes any free port)."
         ) from None
     return listener

@@ -11,6 +11,8 @@ from typing import Any
 
 import pytest
 
+from evastudio.errors import InvalidInputError
+from evastudio.server import _listen
 from evastudio.workspace import shipped
 
 
@@ -89,6 +91,9 @@ def refused(done: subprocess.CompletedProcess[str], says: str) -> None:
         (("check", "nowhere.py"), "no scene file"),
         (("studio", "--port", "99999"), "from 0 to 65535"),
         (("studio", "--token", "short"), "at least 16"),
+        (("studio", "--host", "a..b", "--no-browser"), "cannot listen at a..b"),
+        (("record", "asteroids", "--option", "self=1"), "no option of scene 'asteroids' 'self'"),
+        (("fit", str(10**20)), "no session '1000"),
         (("sessions", "--store", "nonsense"), "session store"),
     ],
 )
@@ -115,6 +120,20 @@ def test_a_port_in_use_is_refused(tmp_path: Path) -> None:
         port = str(taken.getsockname()[1])
         done = evastudio("studio", "--port", port, "--no-browser", "--workspace", tmp_path)
     refused(done, f"cannot listen at 127.0.0.1 port {port}")
+
+
+def test_a_port_belongs_to_one_studio_before_it_serves() -> None:
+    with _listen("127.0.0.1", 0) as first, pytest.raises(InvalidInputError, match="listen"):
+        _listen("127.0.0.1", first.getsockname()[1])
+
+
+def test_a_name_with_brackets_is_shown_as_it_is(tmp_path: Path) -> None:
+    name = "[/x] [red]"
+    made = ("record", "asteroids", "--minutes", "0.05", "--session", name)
+    as_json(*made, "--workspace", tmp_path)
+    shown = evastudio("sessions", "--workspace", tmp_path)
+    assert shown.returncode == 0
+    assert name in shown.stdout
 
 
 def test_an_unknown_command_shows_the_usage() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from fastapi import APIRouter
@@ -37,7 +38,14 @@ def get_policy(name: str, studio: Studio) -> PolicyOut:
 
 
 def _policy(entry: PolicyEntry, studio: Studio) -> PolicyOut:
-    header = entry.header or {}
+    try:
+        return _described(entry, entry.header or {}, studio)
+    except (TypeError, ValueError, AttributeError):
+        problem = f"{entry.path} is not a policy that can be used: its description is not whole."
+        return _described(replace(entry, problem=problem), {}, studio)
+
+
+def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) -> PolicyOut:
     scene: Mapping[str, Any] = header.get("scene") or {}
     extra: Mapping[str, Any] = header.get("extra") or {}
     return PolicyOut(

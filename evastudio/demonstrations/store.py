@@ -25,6 +25,8 @@ from evastudio.world.snapshot import AnyArray, Snapshot
 
 NAME_LENGTH = 200
 MOVING = "moving."
+LARGEST_ID = 2**31 - 1
+"""What an Integer column holds in every database."""
 
 
 class Store:
@@ -80,7 +82,7 @@ class Store:
         table = schema.sessions
         with self._engine.connect() as connection:
             row = None
-            if str(reference).isdecimal():
+            if str(reference).isdecimal() and int(reference) <= LARGEST_ID:
                 found = connection.execute(select(table).where(table.c.id == int(reference)))
                 row = found.one_or_none()
             if row is None:
@@ -215,6 +217,8 @@ class Store:
         return TakeData(Snapshot(fixed, moving), joined["states"], joined["actions"])
 
     def _change_take(self, take: int, **values: Any) -> None:
+        if not 0 < take <= LARGEST_ID:
+            raise _no_take(take)
         with self._engine.begin() as connection:
             query = update(schema.takes).where(schema.takes.c.id == take).values(**values)
             if connection.execute(query).rowcount == 0:

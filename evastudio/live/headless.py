@@ -21,7 +21,7 @@ from evastudio.demonstrations.pairs import Pairs, join_pairs, perceive_take
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
-from evastudio.errors import InvalidInputError, StorageError
+from evastudio.errors import InvalidInputError, StorageError, not_found
 from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
 from evastudio.learning.catalog import (
     SUFFIX,
@@ -53,7 +53,12 @@ def make_scene(
     workspace: Workspace, name: str, options: Mapping[str, float] | None = None
 ) -> Scene:
     """A scene by name, with `options`. Raises NotFoundError and InvalidInputError."""
-    return find_scene(name, workspace.scene_folders)(**(options or {}))
+    kind = find_scene(name, workspace.scene_folders)
+    if options and "self" in options:  # Python would take it for the scene itself
+        raise not_found(
+            f"option of scene {name!r}", "self", [option.name for option in kind.options]
+        )
+    return kind(**(options or {}))
 
 
 def record(

@@ -12,6 +12,9 @@ from pathlib import Path
 from evastudio.errors import InvalidInputError, NotFoundError, not_found
 from evastudio.world.scene import Scene
 
+DECLARED = ("name", "title", "version", "dt_s", "render_hz", "outcomes", "successes", "look")
+"""What a scene class says of itself before it is made."""
+
 
 def load_scene_file(path: Path) -> type[Scene]:
     """The scene class of a Python file: its `SCENE`, or else the only `Scene` it defines.
@@ -35,7 +38,7 @@ def _load(path: Path, _changed_at: int) -> type[Scene]:
     sys.modules[module_name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # whatever a user's file may raise while it runs
+    except (Exception, SystemExit) as error:  # whatever a user's file may raise while it runs
         del sys.modules[module_name]
         raise InvalidInputError(
             f"The scene file {str(path)!r} does not run: {type(error).__name__}: {error}."
@@ -58,6 +61,12 @@ def _load(path: Path, _changed_at: int) -> type[Scene]:
     if not (isinstance(chosen, type) and issubclass(chosen, Scene)):
         raise InvalidInputError(
             f"SCENE in {str(path)!r} is {chosen!r}; it must be a subclass of Scene."
+        )
+    missing = [name for name in DECLARED if not hasattr(chosen, name)]
+    missing += sorted(chosen.__abstractmethods__)
+    if missing:
+        raise InvalidInputError(
+            f"The scene in {str(path)!r} lacks {', '.join(missing)}; every scene needs them."
         )
     return chosen
 

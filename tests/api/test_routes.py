@@ -7,7 +7,9 @@ import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
+from safetensors.numpy import save
 from websockets.asyncio.client import ClientConnection, connect
 
 from evastudio.demonstrations.store import Store
@@ -118,6 +120,9 @@ def test_a_program_flies_cleans_fits_and_plays(studio: Studio) -> None:
         ("GET", "/scenes/nowhere", None, 404, "no scene 'nowhere'"),
         ("GET", "/sessions/999", None, 404, "no session '999'"),
         ("GET", "/sessions/999/takes", None, 404, "no session '999'"),
+        ("GET", f"/sessions/{10**20}", None, 404, f"no session '{10**20}'"),
+        ("POST", f"/takes/{10**20}/trash", None, 404, "no take"),
+        ("POST", f"/takes/-{10**20}/restore", None, 404, "no take"),
         ("POST", "/sessions", {"scene": "nowhere", "name": "x"}, 404, "no scene"),
         ("POST", "/sessions", {"scene": "asteroids", "name": " "}, 422, "printable"),
         ("POST", "/sessions", {"scene": "asteroids"}, 422, "name"),
@@ -129,7 +134,9 @@ def test_a_program_flies_cleans_fits_and_plays(studio: Studio) -> None:
         ("GET", "/policies/ghost", None, 404, "no policy"),
         ("POST", "/stages", {"scene": "asteroids", "options": {"density": 1e9}}, 422, "density"),
         ("POST", "/stages", {"scene": "asteroids", "options": {"fog": 1}}, 404, "fog"),
+        ("POST", "/stages", {"scene": "asteroids", "options": {"self": 1}}, 404, "self"),
         ("POST", "/stages", {"scene": "asteroids", "session": 999}, 404, "no session"),
+        ("POST", "/stages", {"scene": "asteroids", "session": -(10**20)}, 404, "no session"),
         ("POST", "/stages", {"scene": "asteroids", "seed": -1}, 422, "seed"),
         ("GET", "/stages/ghost", None, 404, "no stage"),
     ],
@@ -183,6 +190,37 @@ def test_a_damaged_policy_is_listed_with_its_problem_and_does_not_play(studio: S
     )
     assert answer.status_code == 409
     assert answer.json()["detail"].count("Traceback") == 0
+
+
+def test_a_policy_that_describes_itself_oddly_is_listed_with_its_problem(studio: Studio) -> None:
+    for number, odd in enumerate(
+        ({"scene": [1]}, {"settings": "none"}, {"extra": 3}, {"pairs": "many"}, {"session": {}})
+    ):
+        described = json.dumps({"format": 1, "scene": {}, "extra": {}, **odd})
+        content = save({"a": np.zeros(1)}, {"evastudio": described})
+        (studio.workspace.policies / f"odd-{number}.safetensors").write_bytes(content)
+    listed = studio.client.get(f"{API}/policies").json()["items"]
+    odd_ones = [item for item in listed if item["name"].startswith("odd-")]
+    assert len(odd_ones) == 5
+    assert all(item["problem"] for item in odd_ones)
+
+
+def test_a_scene_file_of_ones_own_that_is_not_ready_disturbs_nothing(studio: Studio) -> None:
+    own = studio.workspace.root / "scenes"
+    own.mkdir(exist_ok=True)
+    file = own / "half.py"
+    head = "from evastudio.world.scene import Scene\nclass Half(Scene):\n"
+    try:
+        for body in ("    pass\n", "    name = 'half'\n"):
+            file.write_text(head + body)
+            listed = studio.client.get(f"{API}/scenes").json()["items"]
+            assert [scene["name"] for scene in listed] == ["asteroids"]
+            answer = studio.client.get(f"{API}/scenes/half")
+            assert answer.status_code == 404
+        file.write_text("import sys\nsys.exit(3)\n")
+        assert studio.client.get(f"{API}/scenes").status_code == 200
+    finally:
+        file.unlink()
 
 
 def test_a_policy_of_another_scene_version_is_refused(studio: Studio) -> None:
