@@ -5,8 +5,8 @@
 
 Demonstrations are recorded as the studio records them: whole takes in worlds with fresh seeds,
 whatever their end, until the minutes are full; the last take is cut. All demonstrators are
-programs. Seeds here were not used for tuning: that used demonstration seeds 1 and 2 and the
-fields of seed 777.
+programs. Seeds here were not used for tuning: that used demonstration seeds 1 to 4 and the fields
+of seed 777.
 """
 
 from __future__ import annotations
@@ -234,8 +234,8 @@ def report(
         f"of a straight flight), {len(sets)} independent sets (seeds {', '.join(map(str, sets))}), "
         f"each policy flown through the same {fields:,} unseen fields at each NH (seed {FIELDS}), "
         "corridor 100 m to either side, default settings.",
-        "- None of these seeds was used for tuning (that used demonstration seeds 1 and 2, and "
-        "the fields of seed 777). Figures are medians over the sets, with the range.",
+        "- No setting was chosen by these seeds: tuning used demonstration seeds 1 to 4 and the "
+        "fields of seed 777. Figures are medians over the sets, with the range.",
         "",
         "## Fields crossed, %",
         "",
@@ -284,7 +284,9 @@ def report(
     lines += [
         "",
         f"Cleaning here is the paper's rule with l = {N_NEIGHBORS} and eta = {THRESHOLD:g} of the "
-        "range. With the paper's eta of 0.1 it cuts the decisive turns of these demonstrators.",
+        "range. On tuning sets 1 and 2 of `human` (200 fields) the paper's l = 5 and eta = 0.1 cut "
+        "46 to 47 % of the pairs, 93 % of the strong turns among them, and k-NN fell from 97 to "
+        "between 82 and 88 %.",
         "",
     ]
     return "\n".join(lines)
