@@ -21,9 +21,9 @@ Progress = Callable[[float, str], None]
 N_NEIGHBORS = 9
 """The paper's 5 is out-voted by bursts of mistakes, which lie together in state."""
 THRESHOLD = 0.4
-"""The paper's l = 5 and 0.1 cut 47 % of the scripted human-like pilot's pairs and 93 % of its strong
-turns, and k-NN then crossed 82 to 88 % of the fields, not 97; 9 and 0.4 cut 3 % and cost nothing
-(demonstration sets 1 and 2, 200 fields)."""
+"""The paper's l = 5 and 0.1 cut 47 % of the scripted human-like pilot's pairs and 93 % of its
+strong turns, and k-NN then crossed 82 to 88 % of the fields, not 97; 9 and 0.4 cut 3 % and cost
+nothing (demonstration sets 1 and 2, 200 fields)."""
 
 
 def silent(share: float, doing: str) -> None:
