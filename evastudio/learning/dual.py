@@ -22,8 +22,6 @@ from evastudio.world.spaces import Array
 
 TOLERANCE = 1e-3
 """Violation of optimality at which to stop, as scikit-learn's default."""
-MOST_STEPS = 10_000_000
-"""Steps after which to give up, or 100 for each pair if that is more; as LIBSVM."""
 BLOCK = 512
 """Points whose kernel rows are computed at a time to measure a solution."""
 SHARE_OF_WHOLE = 0.7
@@ -118,13 +116,18 @@ def _compiled(
                 share = min(1.0, max(0.0, 1.0 - left / math.log(first / tolerance)))
                 watch((done + share) / outputs)
 
-        most = max(MOST_STEPS, 100 * count)
+        most = most_steps(count)
         steps[output], violations[output] = minimise(descent, tolerance, most, spare, report)
         weights[:, output] = descent.beta
         slopes = descent.slopes[:count]
         intercepts[output] = _intercept(slopes, descent.beta, C, epsilon, descent.range())
         objectives[output] = _objective(slopes, targets[:, output], descent.beta, epsilon)
     return DualSolution(weights, intercepts, objectives, violations, steps)
+
+
+def most_steps(pairs: int) -> int:
+    """Steps for one output after which to give up; as LIBSVM."""
+    return max(10_000_000, 100 * pairs)
 
 
 def _plain(

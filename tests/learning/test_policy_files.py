@@ -26,14 +26,14 @@ def some_pairs(scene, count=60, perception="canonical"):
     return Pairs(states, actions, np.repeat([4, 9], count // 2), np.arange(count))
 
 
-def some_policy(scene, learner="svr", count=60):
+def some_policy(scene, learner="svr", count=60, settings=None):
     pairs = some_pairs(scene, count)
     return fit_policy(
         pairs,
         scene,
         "canonical",
         learner,
-        SETTINGS[learner],
+        settings or SETTINGS[learner],
         session=7,
         cleaning=clean_pairs(pairs, scene),
         made_by="evastudio fit 7",
@@ -88,6 +88,8 @@ def written(tmp_path_factory):
         save_policy(some_policy(scene, learner, 20), folder / f"{learner}.safetensors")
         for learner in ("knn", "svr")
     ]
+    compact = some_policy(scene, "svr", 20, {"bases": 9})
+    files.append(save_policy(compact, folder / "compact.safetensors"))
     return [file.read_bytes() for file in files], folder
 
 
@@ -156,6 +158,19 @@ def test_a_description_that_makes_no_sense_is_named(policy, tmp_path, change, sa
     path = rewritten(save_policy(policy, tmp_path / "one.safetensors"), change)
     with pytest.raises(StorageError, match=says):
         load_policy(path)
+
+
+def test_a_file_of_format_1_is_still_read(asteroids, tmp_path):
+    policy = some_policy(asteroids())
+
+    def age(header):
+        header["format"] = 1
+        del header["settings"]["bases"]
+
+    again = load_policy(rewritten(save_policy(policy, tmp_path / "one.safetensors"), age))
+    states = some_pairs(asteroids(), 40).states
+    assert np.array_equal(again.act_states(states), policy.act_states(states))
+    assert again.settings == policy.settings
 
 
 def test_other_files_are_refused(tmp_path):

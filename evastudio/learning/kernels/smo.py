@@ -23,7 +23,7 @@ AWAY = -1
 """Slot of a row that is not in memory."""
 LEAST_ROWS = 16
 """Rows kept in memory however little is allowed; a step needs two."""
-MIN_TURN = 500
+MIN_TURN = 250
 """Steps between two looks at which variables can rest."""
 NARROW = 0.8
 """Shorter rows are worth computing anew once at most this share of the variables moves."""
@@ -249,7 +249,7 @@ def minimise(
     part, kept = whole, np.arange(whole.rows.count)
     steps = 0
     while True:
-        turn = max(MIN_TURN, part.rows.count // 4)
+        turn = max(MIN_TURN, part.rows.count // 8)
         taken, violation = part.descend(tolerance, min(turn, most_steps - steps))
         steps += taken
         watch(violation)
