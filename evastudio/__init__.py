@@ -50,7 +50,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use, so that `import evastudio` itself costs nothing."""
+    """Import on first use, so that `import evastudio` itself stays quick."""
     if name not in _FROM:
         raise AttributeError(f"module 'evastudio' has no attribute {name!r}")
     return getattr(import_module(_FROM[name]), "check_file" if name == "check" else name)

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import signal
 import socket
+import threading
 import webbrowser
 from collections.abc import AsyncIterator, Callable
 
@@ -140,7 +141,7 @@ def serve(settings: Settings, announce: Callable[[str], None]) -> None:
     def listening() -> None:
         announce(url)
         if settings.browser:
-            webbrowser.open(url)
+            threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
     # uvicorn ends cleanly at these and then raises them again, for the handlers set here.
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hmac
+import html
 import ipaddress
 import socket
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from urllib.parse import parse_qsl, urlencode, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import cookie_parser
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import HTMLResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from evastudio.api.problems import problem_response
@@ -127,7 +128,13 @@ class Guard:
     def _welcome(self, query: dict[str, str]) -> Response:
         """Swap the token in the address for a cookie, so that it does not stay in the history."""
         rest = urlencode({name: value for name, value in query.items() if name != "token"})
-        response = RedirectResponse("/" + (f"?{rest}" if rest else ""), status_code=303)
+        # Not a redirect: after a link from another site the browser would follow it without the
+        # strict cookie. A page of our own that leads on is a new start.
+        target = html.escape("/" + (f"?{rest}" if rest else ""))
+        response = HTMLResponse(
+            f'<!doctype html><title>EVA Studio</title><meta http-equiv="refresh" '
+            f'content="0; url={target}"><a href="{target}">Enter</a>'
+        )
         response.set_cookie(
             self._door.cookie, self._door.token, httponly=True, samesite="strict", path="/"
         )

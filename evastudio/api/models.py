@@ -98,6 +98,7 @@ class TakeOut(Model):
     id: int
     session: int
     number: int
+    scene_version: int
     seed: int
     options: Mapping[str, float]
     pilot: str

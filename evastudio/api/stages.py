@@ -125,6 +125,8 @@ class Drive:
             await asyncio.gather(*tasks, return_exceptions=True)
             self._studio.job_listeners.discard(self._told_job)
             self._stage.on_status.remove(self._told_status)
+            with contextlib.suppress(StudioError):  # the stage was closed meanwhile
+                self._stage.hold([], by=self)
             self._attendance.left()
 
     def _told_status(self, told: dict[str, Any]) -> None:
@@ -163,7 +165,8 @@ class Drive:
             keys = KeysIn.model_validate(content)
             late = time.time() - keys.time_ms / 1000.0
             self._lag_s = min(self._lag_s, late)
-            self._stage.hold(keys.held, min(max(late - self._lag_s, 0.0), MAX_AGE_S))
+            age_s = min(max(late - self._lag_s, 0.0), MAX_AGE_S)
+            self._stage.hold(keys.held, age_s, by=self)
             self._put({"type": "ack", "seq": keys.seq})
         elif message.type == "command":
             if self._commands.qsize() >= WAITING:

@@ -58,6 +58,7 @@ class TakeRecord:
     session: int
     number: int
     """Its place in the session, from 1."""
+    scene_version: int
     seed: int
     options: Mapping[str, float]
     """Options of the scene in which it was made."""
@@ -77,7 +78,7 @@ class TakeData:
     snapshots: Snapshot
     """Its moments in order, along the worlds axis."""
     states: Array
-    """What the recorder saw, under `perception`; shape (pairs, state size)."""
+    """What the recorder saw, under the scene's default perception; shape (pairs, state size)."""
     actions: Array
     """In the world's frame, shape (pairs, action size)."""
 

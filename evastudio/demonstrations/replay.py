@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evastudio.demonstrations.records import TakeData, TakeRecord
+from evastudio.errors import ConflictError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot, stack
 
@@ -12,8 +13,14 @@ from evastudio.world.snapshot import Snapshot, stack
 def replay_take(scene: Scene, take: TakeRecord, data: TakeData) -> Snapshot:
     """The moments of `take` stepped anew, along the worlds axis as in `data.snapshots`.
 
-    `scene` must be of the take's version and options.
+    Raises ConflictError where `scene` is not of the take's version and options.
     """
+    if (scene.version, dict(scene.values)) != (take.scene_version, dict(take.options)):
+        raise ConflictError(
+            f"Take {take.id} was made in version {take.scene_version} of its scene with options "
+            f"{dict(take.options)}, and this is version {scene.version} with "
+            f"{dict(scene.values)}; it replays only in its own."
+        )
     moment = scene.worlds([take.seed])
     moments = [moment]
     for action in data.actions[:-1]:

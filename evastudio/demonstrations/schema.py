@@ -17,7 +17,7 @@ from sqlalchemy import (
 )
 
 VERSION = 1
-"""Raised with every change of the tables; `engine.migrate` brings older stores forward."""
+"""Raised with every change of the tables; a store of a newer version is refused."""
 
 metadata = MetaData()
 
@@ -47,6 +47,7 @@ takes = Table(
     Column("id", Integer, primary_key=True),
     Column("session_id", ForeignKey("sessions.id"), nullable=False, index=True),
     Column("number", Integer, nullable=False),
+    Column("scene_version", Integer, nullable=False),
     Column("seed", BigInteger, nullable=False),
     Column("options", Text, nullable=False),
     Column("dt_s", Float, nullable=False),
@@ -68,6 +69,7 @@ chunks = Table(
     Column("first_step", Integer, primary_key=True),
     Column("steps", Integer, nullable=False),
     Column("arrays", LargeBinary, nullable=False),
+    Index("chunks_steps", "take_id", "steps"),
 )
 """At most half a second of a take each: states, actions and moving arrays, packed."""
 

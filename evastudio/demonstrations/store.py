@@ -113,6 +113,7 @@ class Store:
             result = connection.execute(
                 insert(table).values(
                     session_id=session,
+                    scene_version=scene.version,
                     number=(connection.execute(last).scalar() or 0) + 1,
                     seed=seed,
                     options=json.dumps(dict(scene.values)),
@@ -296,6 +297,7 @@ def _take(row: Row[Any]) -> TakeRecord:
         id=row.id,
         session=row.session_id,
         number=row.number,
+        scene_version=row.scene_version,
         seed=row.seed,
         options=json.loads(row.options),
         pilot=row.pilot,

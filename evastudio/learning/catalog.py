@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from evastudio.errors import InvalidInputError, StorageError, not_found
-from evastudio.learning.policy_files import read_policy_header
+from evastudio.learning.policy_files import SUFFIX, read_policy_header
 
-SUFFIX = ".safetensors"
 _NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,79}")
 
 

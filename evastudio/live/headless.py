@@ -5,6 +5,7 @@ The command line, the jobs behind the page and `import evastudio` all call these
 
 from __future__ import annotations
 
+import json
 import shlex
 import time
 from collections import Counter
@@ -24,14 +25,13 @@ from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, StorageError, not_found
 from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
 from evastudio.learning.catalog import (
-    SUFFIX,
     checked_policy_name,
     find_policy_file,
     policy_name_from,
 )
 from evastudio.learning.cleaning import N_NEIGHBORS, THRESHOLD, Progress, clean_pairs, silent
 from evastudio.learning.fitting import DEFAULT_LEARNER, fit_policy
-from evastudio.learning.policy_files import load_policy, save_policy
+from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
 from evastudio.workspace import Workspace
@@ -319,7 +319,7 @@ def _command(name: str, target: str, **flags: Any) -> str:
         if isinstance(value, Mapping):
             single = "option" if flag == "options" else flag
             for key, part in value.items():
-                words += [f"--{single}", f"{key}={part}"]
+                words += [f"--{single}", f"{key}={json.dumps(part)}"]
         elif value is not None:
-            words += [f"--{flag}", f"{value:g}" if isinstance(value, float) else str(value)]
+            words += [f"--{flag}", repr(value) if isinstance(value, float) else str(value)]
     return shlex.join(words)

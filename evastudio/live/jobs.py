@@ -7,6 +7,7 @@ import itertools
 import logging
 import multiprocessing
 import os
+import signal
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -160,7 +161,7 @@ class Jobs:
             number,
             state=JobState.FAILED,
             message="Failed",
-            error="The work ended unexpectedly, nothing was changed by it. Run it again.",
+            error="The work ended before it was done. Run it again.",
         )
 
     def _listen(self, number: int, ours: Connection) -> None:
@@ -185,6 +186,7 @@ class Jobs:
 def _work(pipe: Connection, work: Work, arguments: dict[str, Any]) -> None:
     """In the worker: run, tell progress, tell the result or why there is none."""
     os.nice(10)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the server, which ends its jobs
 
     def progress(share: float, doing: str) -> None:
         pipe.send(("progress", (float(min(max(share, 0.0), 1.0)), doing)))

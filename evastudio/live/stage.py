@@ -132,7 +132,13 @@ class Stage:
             self._start_clock(now)
 
     def discard(self, wall: float) -> bool:
-        """Throw away the running take, or the last one; whether there was one."""
+        """Throw away the running take, or the last one; whether there was one.
+
+        In a countdown there is no take yet: it is only broken off.
+        """
+        if self._counting_down:
+            self._rest()
+            return False
         thrown = self.recorder is not None and self.recorder.discard(wall)
         if self.mode is Mode.DEMONSTRATE:
             self._rest()
@@ -207,6 +213,11 @@ class Stage:
     # -- inside --------------------------------------------------------------------------------
 
     @property
+    def _counting_down(self) -> bool:
+        paused = self.phase is Phase.PAUSED and self._before_pause is Phase.COUNTDOWN
+        return paused or self.phase is Phase.COUNTDOWN
+
+    @property
     def _running(self) -> bool:
         return self.phase in (Phase.RECORDING, Phase.PLAYING)
 
@@ -241,7 +252,7 @@ class Stage:
             actions, self._memory = self._pilot.act(self.scene, self._after, self._memory)
         else:
             actions = self.keys.read(at - self.scene.dt_s, at)
-        actions = self.scene.action.clip(actions)
+        actions = self.scene.action.clip(self.scene.action.check(actions, "actions chosen"))
         if self.phase is Phase.RECORDING and self.recorder is not None:
             states = self.scene.perception().perceive(self._after).states
             self.recorder.add(states, actions, self._after)

@@ -62,6 +62,8 @@ class LiveStage:
         self._told_at = 0.0
         self._told: tuple[Any, ...] = ()
         self._fault: str | None = None
+        self._undrawn = False
+        self._held: dict[object, frozenset[str]] = {}
         self._thread = threading.Thread(target=self._run, name=f"stage-{name}", daemon=True)
         self._thread.start()
 
@@ -86,6 +88,18 @@ class LiveStage:
             raise ConflictError(
                 f"Session {record.name!r} is of scene {record.scene!r}; this stage shows "
                 f"{self._stage.scene.name!r}. Choose one of this scene."
+            )
+        if record.scene_version != self._stage.scene.version:
+            raise ConflictError(
+                f"Session {record.name!r} is of version {record.scene_version} of the scene, which "
+                f"is now version {self._stage.scene.version}. Make a new session; the old one can "
+                "still be fitted."
+            )
+        present = self._stage.recorder
+        if present is not None and present.problem is not None:
+            raise ConflictError(
+                f"The present session is not saved yet. {present.problem} Make room or unlock the "
+                "store, then choose again."
             )
         recorder = Recorder(self._store, record.id)
 
@@ -152,15 +166,21 @@ class LiveStage:
         self.refresh()
         return done
 
-    def hold(self, codes: Sequence[str], age_s: float) -> None:
-        """Exactly these keys are held since `age_s` seconds ago; does not wait."""
+    def hold(self, codes: Sequence[str], age_s: float = 0.0, by: object = None) -> None:
+        """`by` (a page, say) holds exactly these keys since `age_s` seconds ago; does not wait.
+
+        Where several hold keys, all of them count.
+        """
         at = time.monotonic() - age_s
 
         def change() -> None:
             stage = self._stage
+            self._held.pop(by, None)
+            if codes:
+                self._held[by] = frozenset(codes)
             if stage.phase is not Phase.RECORDING:
                 stage.keys.center()
-            stage.keys.hold(codes, at)
+            stage.keys.hold(frozenset().union(*self._held.values()), at)
 
         self._post(change)
 
@@ -168,6 +188,7 @@ class LiveStage:
         """The last person went: release every key, and pause a demonstration; does not wait."""
 
         def change() -> None:
+            self._held.clear()
             self._stage.keys.center()
             if self._stage.mode is Mode.DEMONSTRATE:
                 self._stage.pause(time.monotonic())
@@ -175,8 +196,20 @@ class LiveStage:
         self._post(change)
 
     def watch(self, show: Frame) -> None:
-        """Call `show` on the stage's thread with what to draw, from now on."""
-        self.call(lambda: self._stage.on_frame.append(show))
+        """Call `show` on the stage's thread with what to draw, from now on.
+
+        A frame that cannot be drawn is dropped: nobody's take ends for it.
+        """
+
+        def drawn(snapshot: Snapshot, fresh: bool) -> None:
+            try:
+                show(snapshot, fresh)
+            except Exception:  # scenes say what to draw, and scenes are other people's code
+                if not self._undrawn:
+                    logger.exception("Stage %s cannot be drawn", self.name)
+                self._undrawn = True
+
+        self.call(lambda: self._stage.on_frame.append(drawn))
 
     def refresh(self) -> None:
         """Count the session anew once the recorder has written what it holds, then tell it."""

@@ -95,7 +95,10 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
                 _need(bool(np.isfinite(array).all()), f"array {name!r} holds NaN or infinity")
             codes = scene.outcome(snapshot)
             _need(codes.shape == (WORLDS,), f"outcome has shape {codes.shape}")
-            _need(bool((codes < len(scene.outcomes)).all()), "outcome is not in outcomes")
+            _need(
+                bool(((codes >= 0) & (codes < len(scene.outcomes))).all()),
+                "outcome is not in outcomes",
+            )
             progress = scene.progress(snapshot)
             _need(bool(((progress >= 0) & (progress <= 1)).all()), "progress leaves 0 to 1")
 

@@ -89,10 +89,28 @@ def find_scenes(folders: Iterable[Path]) -> Mapping[str, type[Scene]]:
 
 def find_scene(name: str, folders: Iterable[Path]) -> type[Scene]:
     """The scene class called `name`. Raises NotFoundError, with the names there are."""
-    scenes = find_scenes(folders)
+    places = tuple(folders)
+    scenes = find_scenes(places)
     if name not in scenes:
-        raise not_found("scene", name, scenes)
+        missing = not_found("scene", name, scenes)
+        broken = broken_scenes(places)
+        if not broken:
+            raise missing
+        told = " ".join(broken.values())
+        raise NotFoundError(f"{missing} Some scene files could not be used: {told}")
     return scenes[name]
+
+
+def broken_scenes(folders: Iterable[Path]) -> Mapping[Path, str]:
+    """Scene files in `folders` that cannot be used, and why."""
+    broken: dict[Path, str] = {}
+    for folder in folders:
+        for path in sorted(folder.glob("*.py")):
+            try:
+                load_scene_file(path)
+            except InvalidInputError as error:
+                broken[path] = str(error)
+    return broken
 
 
 def _module_name(path: Path) -> str:

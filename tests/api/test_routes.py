@@ -179,6 +179,60 @@ def test_a_stage_says_what_it_does_not_understand_and_goes_on(studio: Studio) ->
     asyncio.run(babble())
 
 
+def test_a_session_of_another_scene_version_takes_no_more_takes(studio: Studio) -> None:
+    headless.record(studio.workspace, "asteroids", minutes=0.1, session="Before")
+    own = studio.workspace.root / "scenes"
+    own.mkdir(exist_ok=True)
+    source = (shipped() / "scenes" / "asteroids.py").read_text()
+    (own / "asteroids.py").write_text(source.replace("version = 1", "version = 2"))
+    try:
+        session = studio.client.get(f"{API}/sessions").json()["items"][0]
+        body = {"scene": "asteroids", "session": session["id"]}
+        answer = studio.client.post(f"{API}/stages", json=body)
+        assert answer.status_code == 409
+        assert "version 1 of the scene" in answer.json()["detail"]
+    finally:
+        (own / "asteroids.py").unlink()
+
+
+def test_a_job_is_cancelled_over_http(studio: Studio) -> None:
+    made = headless.record(studio.workspace, "asteroids", "scripted:keys", 3.0, session="Long")
+    body = {"learner": "svr", "settings": {"C": 1e6, "epsilon": 1e-5, "gamma": 5.0}}
+    job = studio.client.post(f"{API}/sessions/{made['session']}/fit", json=body).json()
+    cancelled = studio.client.delete(f"{API}/jobs/{job['id']}").json()
+    assert cancelled["state"] == "cancelled"
+    assert studio.client.get(f"{API}/jobs/{job['id']}").json()["state"] == "cancelled"
+    assert job["id"] in [one["id"] for one in studio.client.get(f"{API}/jobs").json()["items"]]
+
+
+def test_two_pages_at_one_stage_share_the_keys(studio: Studio) -> None:
+    stage = studio.client.post(f"{API}/stages", json={"scene": "asteroids", "seed": 6}).json()
+
+    async def share() -> None:
+        async with drive(studio, stage) as first:
+            async with drive(studio, stage) as second:
+                await first.send(json.dumps({"type": "command", "name": "demonstrate"}))
+                await until(first, in_phase("recording"))
+                for page, key in ((first, "KeyA"), (second, "KeyW")):
+                    held = {"type": "keys", "held": [key], "time_ms": 0.0, "seq": 1}
+                    await page.send(json.dumps(held))
+                    await until(page, lambda told: told["type"] == "ack")
+                told = await until(first, lambda told: told.get("pairs", 0) >= 15)
+            # The second page is gone and so is its key; the first still steers.
+            await until(first, lambda now: now.get("pairs", 0) >= told["pairs"] + 15)
+            await first.send(json.dumps({"type": "command", "name": "restart"}))
+            await until(first, in_phase("countdown"))
+
+    asyncio.run(share())
+    session = studio.client.get(f"{API}/sessions").json()["items"][0]
+    takes = studio.client.get(f"{API}/sessions/{session['id']}/takes").json()["items"]
+    with Store(studio.workspace.store_url) as store:
+        actions = store.load_take(takes[0]["id"]).actions
+    assert actions[-1, 0] == pytest.approx(0.10472, abs=1e-4)
+    assert actions[:, 1].max() > 0.05
+    assert actions[-1, 1] == 0.0
+
+
 def test_a_damaged_policy_is_listed_with_its_problem_and_does_not_play(studio: Studio) -> None:
     (studio.workspace.policies / "broken.safetensors").write_bytes(b"nothing of the kind")
     listed = studio.client.get(f"{API}/policies", params={"scene": "asteroids"}).json()["items"]

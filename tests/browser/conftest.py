@@ -128,8 +128,8 @@ def open_page(page: Page, run_studio: Callable[[], Running]) -> Callable[[], Ope
     def enter(studio: Running | None = None) -> Open:
         studio = studio or run_studio()
         page.goto(studio.url)
-        assert "token" not in page.url
         element = page.wait_for_selector("#view[src]")
+        assert "token" not in page.url
         assert element is not None
         frame = element.content_frame()
         assert frame is not None

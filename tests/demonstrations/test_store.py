@@ -15,7 +15,7 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import TakeData
 from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
-from evastudio.errors import InvalidInputError, NotFoundError, StorageError
+from evastudio.errors import ConflictError, InvalidInputError, NotFoundError, StorageError
 from evastudio.workspace import Workspace
 from evastudio.world.scene import Scene
 
@@ -68,6 +68,14 @@ def test_a_take_replays_bit_for_bit(store: Store, scene: Scene, session: int) ->
     )
     assert np.array_equal(states, data.states)
     assert np.array_equal(scene.perception().perceive(data.snapshots).states, data.states)
+
+
+def test_a_take_replays_only_in_its_own_version_and_options(
+    store: Store, scene: Scene, session: int, asteroids: Callable[..., Scene]
+) -> None:
+    take = demonstrate(store, session, scene, 5, 10)
+    with pytest.raises(ConflictError, match="replays only in its own"):
+        replay_take(asteroids(density=2.0), store.take(take), store.load_take(take))
 
 
 def test_trash_leaves_out_restore_brings_back(store: Store, scene: Scene, session: int) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError
+from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.live.stage import COUNTDOWN_S, Phase, Stage
 from evastudio.pilots.straight import StraightPilot
 from evastudio.world.scene import Scene
@@ -98,6 +98,35 @@ def test_discarding_and_undoing(stage: Stage, scene: Scene) -> None:
     assert stage.undo()
     assert not stage.undo()
     assert not stage.status(0.0).can_undo
+
+
+def test_backspace_in_a_countdown_leaves_the_take_before_alone(
+    stage: Stage, store: Store, scene: Scene
+) -> None:
+    stage.demonstrate(scene, 5, 0.0, 0.0)
+    now = run(stage, 0.0, COUNTDOWN_S + 1.0)
+    stage.demonstrate(scene, 6, now, 0.0)
+    now = run(stage, now, 1.0)
+    stage.pause(now)
+    assert not stage.discard(0.0)
+    assert stage.phase is Phase.READY
+    assert stage.recorder is not None
+    stage.recorder.close(0.0)
+    record = store.session(stage.recorder.session)
+    assert (record.takes_kept, record.takes_trashed) == (1, 0)
+
+
+def test_a_pilot_that_gives_nan_is_refused(stage: Stage, scene: Scene) -> None:
+    class Broken(StraightPilot):
+        name = "broken"
+
+        def act(self, scene, snapshot, memory):  # type: ignore[no-untyped-def]
+            actions, memory = super().act(scene, snapshot, memory)
+            return actions * np.nan, memory
+
+    stage.play(scene, Broken(), 9, 0.0, 0.0)
+    with pytest.raises(InvalidInputError, match="NaN"):
+        run(stage, 0.0, 1.0)
 
 
 def test_a_take_ends_with_its_outcome(

@@ -58,6 +58,12 @@ def test_a_changed_file_is_loaded_anew(tmp_path: Path) -> None:
     assert load_scene_file(path).title == "Another"
 
 
+def test_an_unknown_scene_names_the_files_that_could_not_be_used(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("def broken(:\n")
+    with pytest.raises(NotFoundError, match=r"mine\.py.*SyntaxError"):
+        find_scene("mine", [tmp_path])
+
+
 def test_a_missing_file_is_not_found(tmp_path: Path) -> None:
     with pytest.raises(NotFoundError, match="no scene file"):
         check_file(tmp_path / "none.py")
