@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, Row, case, delete, func, insert, select, update
+from sqlalchemy import Connection, Row, Select, case, delete, func, insert, select, update
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import open_engine
@@ -72,7 +72,7 @@ class Store:
         if scene is not None:
             query = query.where(schema.sessions.c.scene == scene)
         with self._engine.connect() as connection:
-            return [_session(connection, row) for row in connection.execute(query)]
+            return _sessions(connection, query)
 
     def session(self, reference: int | str) -> SessionRecord:
         """The session with that id, or else that name. Raises NotFoundError.
@@ -81,18 +81,23 @@ class Store:
         """
         table = schema.sessions
         with self._engine.connect() as connection:
-            row = None
+            found: list[SessionRecord] = []
             if str(reference).isdecimal() and int(reference) <= LARGEST_ID:
-                found = connection.execute(select(table).where(table.c.id == int(reference)))
-                row = found.one_or_none()
-            if row is None:
+                found = _sessions(connection, select(table).where(table.c.id == int(reference)))
+            if not found:
                 named = select(table).where(table.c.name == str(reference))
-                row = connection.execute(named.order_by(table.c.id.desc()).limit(1)).one_or_none()
-            if row is None:
-                raise NotFoundError(
-                    f"There is no session {str(reference)!r}; `evastudio sessions` lists them."
-                )
-            return _session(connection, row)
+                found = _sessions(connection, named.order_by(table.c.id.desc()).limit(1))
+        if not found:
+            raise NotFoundError(
+                f"There is no session {str(reference)!r}; `evastudio sessions` lists them."
+            )
+        return found[0]
+
+    def count_sessions(self, scene: str) -> int:
+        """How many sessions of a scene there are."""
+        query = select(func.count()).where(schema.sessions.c.scene == scene)
+        with self._engine.connect() as connection:
+            return int(connection.execute(query).scalar_one())
 
     # -- takes ---------------------------------------------------------------------------------
 
@@ -309,55 +314,83 @@ def _take(row: Row[Any]) -> TakeRecord:
     )
 
 
-def _session(connection: Connection, row: Row[Any]) -> SessionRecord:
+def _sessions(connection: Connection, query: Select[Any]) -> list[SessionRecord]:
+    """The sessions that `query` selects, with their counts, in few queries."""
+    rows = connection.execute(query).all()
     takes, chunks = schema.takes, schema.chunks
-    kept = case((takes.c.trashed_at.is_(None), 1), else_=0)
-    counts = connection.execute(
-        select(func.coalesce(func.sum(kept), 0), func.count()).where(takes.c.session_id == row.id)
-    ).one()
-    sums = connection.execute(
+    ids = [row.id for row in rows]
+    kept = takes.c.trashed_at.is_(None)
+    steps = (
+        select(chunks.c.take_id, func.sum(chunks.c.steps).label("pairs"))
+        .join(takes)
+        .where(takes.c.session_id.in_(ids))
+        .group_by(chunks.c.take_id)
+        .subquery()
+    )
+    found = connection.execute(
         select(
-            func.coalesce(func.sum(chunks.c.steps), 0),
-            func.coalesce(func.sum(chunks.c.steps * takes.c.dt_s), 0.0),
+            takes.c.session_id,
+            func.sum(case((kept, 1), else_=0)),
+            func.sum(case((kept, 0), else_=1)),
+            func.sum(case((kept, func.coalesce(steps.c.pairs, 0)), else_=0)),
+            func.sum(case((kept, func.coalesce(steps.c.pairs, 0) * takes.c.dt_s), else_=0.0)),
         )
-        .select_from(chunks.join(takes))
-        .where(takes.c.session_id == row.id, takes.c.trashed_at.is_(None))
-    ).one()
-    return SessionRecord(
-        id=row.id,
-        name=row.name,
-        scene=row.scene,
-        scene_version=row.scene_version,
-        demonstrator=row.demonstrator,
-        created_at=row.created_at,
-        made_by=row.made_by,
-        takes_kept=int(counts[0]),
-        takes_trashed=int(counts[1] - counts[0]),
-        pairs=int(sums[0]),
-        seconds=round(float(sums[1]), 6),
-        cleaning=_cleaning(connection, row.id),
+        .select_from(takes.outerjoin(steps, steps.c.take_id == takes.c.id))
+        .where(takes.c.session_id.in_(ids))
+        .group_by(takes.c.session_id)
     )
+    counts = {session: tuple(values) for session, *values in found}
+    cleanings = _cleanings(connection, ids)
+    records = []
+    for row in rows:
+        takes_kept, takes_trashed, pairs, seconds = counts.get(row.id, (0, 0, 0, 0.0))
+        records.append(
+            SessionRecord(
+                id=row.id,
+                name=row.name,
+                scene=row.scene,
+                scene_version=row.scene_version,
+                demonstrator=row.demonstrator,
+                created_at=row.created_at,
+                made_by=row.made_by,
+                takes_kept=int(takes_kept),
+                takes_trashed=int(takes_trashed),
+                pairs=int(pairs),
+                seconds=round(float(seconds), 6),
+                cleaning=cleanings.get(row.id),
+            )
+        )
+    return records
 
 
-def _cleaning(connection: Connection, session: int) -> CleaningRecord | None:
-    latest = connection.execute(_cleaning_query(session)).scalar_one_or_none()
-    if latest is None:
-        return None
+def _cleanings(connection: Connection, sessions: list[int]) -> dict[int, CleaningRecord]:
+    """The cleaning in force of each of these sessions that has one."""
     cleanings, marks = schema.cleanings, schema.marks
-    row = connection.execute(select(cleanings).where(cleanings.c.id == latest)).one()
-    seen = connection.execute(select(marks).where(marks.c.cleaning_id == latest)).all()
-    kept = _takes_query().where(
-        schema.takes.c.session_id == session, schema.takes.c.trashed_at.is_(None)
+    latest = (
+        select(func.max(cleanings.c.id))
+        .where(cleanings.c.session_id.in_(sessions))
+        .group_by(cleanings.c.session_id)
     )
-    present = {take.id: int(take.pairs) for take in connection.execute(kept) if take.pairs}
-    return CleaningRecord(
-        id=latest,
-        created_at=row.created_at,
-        settings=json.loads(row.settings),
-        pairs=sum(mark.pairs for mark in seen),
-        removed=sum(mark.removed for mark in seen),
-        stale=present != {mark.take_id: mark.pairs for mark in seen},
-    )
+    found = {}
+    for row in connection.execute(select(cleanings).where(cleanings.c.id.in_(latest))).all():
+        seen = connection.execute(
+            select(marks.c.take_id, marks.c.pairs, marks.c.removed).where(
+                marks.c.cleaning_id == row.id
+            )
+        ).all()
+        kept = _takes_query().where(
+            schema.takes.c.session_id == row.session_id, schema.takes.c.trashed_at.is_(None)
+        )
+        present = {take.id: int(take.pairs) for take in connection.execute(kept) if take.pairs}
+        found[row.session_id] = CleaningRecord(
+            id=row.id,
+            created_at=row.created_at,
+            settings=json.loads(row.settings),
+            pairs=sum(mark.pairs for mark in seen),
+            removed=sum(mark.removed for mark in seen),
+            stale=present != {mark.take_id: mark.pairs for mark in seen},
+        )
+    return found
 
 
 def _checked_name(name: str, what: str) -> str:

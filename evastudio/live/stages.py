@@ -119,7 +119,7 @@ class LiveStage:
         self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         if self._stage.recorder is None:
-            count = len(self._store.sessions(scene.name)) + 1
+            count = self._store.count_sessions(scene.name) + 1
             name = f"{scene.title} {count}"
             made = self._store.create_session(scene, name, "person", time.time())
             self.choose_session(made)
