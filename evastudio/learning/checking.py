@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from sklearn.utils.validation import validate_data
 
 from evastudio.errors import InvalidInputError
-from evastudio.world.spaces import Array
+from evastudio.world.spaces import Array, finite_rows
 
 
 def checked_pairs(learner: Any, states: Any, actions: Any) -> tuple[Array, Array]:
@@ -42,6 +43,35 @@ def checked_states(learner: Any, states: Any) -> Array:
         return np.asarray(validate_data(learner, states, dtype=np.float64, reset=False))
     except ValueError as error:
         raise InvalidInputError(f"These states cannot be answered: {error}") from None
+
+
+def checked_actions(actions: Any, rows: int, columns: int) -> Array:
+    """Actions as finite float64 (rows, columns); a flat list where there is one column.
+
+    Raises InvalidInputError for anything else.
+    """
+    array = np.asarray(actions, dtype=np.float64)
+    if array.ndim == 1 and columns == 1:
+        array = array[:, None]
+    checked = finite_rows(array, columns, "actions")
+    if len(checked) != rows:
+        raise InvalidInputError(
+            f"There are {rows} states and {len(checked)} actions; every state needs one action."
+        )
+    return checked
+
+
+def checked_indices(indices: ArrayLike, count: int) -> NDArray[np.int64]:
+    """Distinct indices from 0 to `count`, sorted. Raises InvalidInputError for others."""
+    array = np.unique(np.asarray(indices))
+    if array.ndim != 1 or not (array.size == 0 or np.issubdtype(array.dtype, np.integer)):
+        raise InvalidInputError(f"{indices!r} are no indices of pairs; give whole numbers.")
+    if array.size and not (array[0] >= 0 and array[-1] < count):
+        raise InvalidInputError(
+            f"The indices go from {array[0]} to {array[-1]}, but there are {count} pairs, "
+            f"numbered from 0 to {count - 1}."
+        )
+    return array.astype(np.int64)
 
 
 def positive(learner: Any, **values: float) -> None:

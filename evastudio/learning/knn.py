@@ -6,12 +6,18 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning.checking import checked_pairs, checked_states
-from evastudio.learning.neighbors import Indices, NeighborIndex
+from evastudio.learning.checking import (
+    checked_actions,
+    checked_indices,
+    checked_pairs,
+    checked_states,
+)
+from evastudio.learning.neighbors import Averaging, Indices, NeighborIndex, Way
 from evastudio.learning.scaling import Scaling
 from evastudio.world.spaces import Array
 
@@ -74,10 +80,45 @@ class KNNPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.actions_ = actions
         return self.prepare()
 
-    def prepare(self) -> Self:
+    def prepare(self, way: Way = "compiled") -> Self:
         """Build the search tree from the fitted arrays; `fit` and loading a file call it."""
-        self._index = NeighborIndex(self.states_)
+        self._index = NeighborIndex(self.states_, way)
         self._scaling = Scaling(self.offset_, self.scale_)
+        self._slots = np.ascontiguousarray(self.actions_)
+        self._rule = Averaging(
+            self.offset_, self.scale_, int(self.k), inverse=self.weights == "distance"
+        )
+        return self
+
+    def add_pairs(self, states: Any, actions: Any) -> Self:
+        """Learn more pairs without fitting anew; the standardisation stays as it was fitted.
+
+        states: shape (more, n). actions: shape (more, m), or (more,) where fitted so.
+        """
+        check_is_fitted(self)
+        scaled = self._scaling.apply(checked_states(self, states))
+        more = checked_actions(actions, len(scaled), self.actions_.shape[1])
+        self._index.add(scaled)
+        self.states_ = np.concatenate([self.states_, scaled])
+        self.actions_ = np.concatenate([self.actions_, more])
+        self._slots = np.concatenate([self._slots, more])
+        return self
+
+    def remove_pairs(self, pairs: ArrayLike) -> Self:
+        """Forget the pairs of these indices into `states_`; those behind them move up.
+
+        Raises InvalidInputError for indices that are none, and where fewer than k would be left.
+        """
+        check_is_fitted(self)
+        gone = checked_indices(pairs, len(self.states_))
+        if len(self.states_) - len(gone) < self.k:
+            raise InvalidInputError(
+                f"Removing {len(gone)} of {len(self.states_)} pairs leaves fewer than the "
+                f"k={self.k} that a decision is made from; choose a smaller k or keep more."
+            )
+        self._index.remove(gone)
+        self.states_ = np.delete(self.states_, gone, axis=0)
+        self.actions_ = np.delete(self.actions_, gone, axis=0)
         return self
 
     def predict(self, states: Any) -> Array:
@@ -88,12 +129,7 @@ class KNNPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 
     def decide(self, states: Array) -> Array:
         """Like `predict`, for states known to be good; the answer to one is that in any batch."""
-        distances, pairs = self._index.nearest(self._scaling.apply(states), int(self.k))
-        weights = self._weigh(distances)
-        total = np.zeros((len(states), self.actions_.shape[1]))
-        for rank in range(pairs.shape[1]):  # in this order, so that batches of any size agree
-            total += weights[:, rank, None] * self.actions_[pairs[:, rank]]
-        return total
+        return self._index.average(states, self._rule, self._slots)
 
     def explain(self, states: Any) -> Reasons:
         """The pairs behind each decision and how near they are."""
@@ -101,17 +137,6 @@ class KNNPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         scaled = self._scaling.apply(checked_states(self, states))
         distances, pairs = self._index.nearest(scaled, int(self.k))
         return Reasons(pairs, distances)
-
-    def _weigh(self, distances: Array) -> Array:
-        if self.weights == "uniform":
-            return np.full(distances.shape, 1.0 / distances.shape[1])
-        exact = distances == 0.0
-        inverse = 1.0 / np.where(exact, 1.0, np.maximum(distances, 1e-300))
-        weights = np.where(exact.any(axis=1, keepdims=True), exact.astype(np.float64), inverse)
-        total = np.zeros(len(weights))
-        for rank in range(weights.shape[1]):
-            total += weights[:, rank]
-        return np.asarray(weights / total[:, None])
 
     def check_settings(self) -> None:
         """Raise InvalidInputError for settings that mean nothing."""

@@ -40,7 +40,8 @@ def test_knn_is_the_mean_of_the_nearest(weights):
     share = np.ones((30, 4)) if weights == "uniform" else 1 / np.take_along_axis(away, near, axis=1)
     wanted = (share[:, :, None] * actions[near]).sum(axis=1) / share.sum(axis=1, keepdims=True)
     answer = KNNPolicy(4, weights).fit(states, actions).predict(queries)
-    assert np.allclose(answer, wanted, rtol=1e-12, atol=1e-12)
+    # Distances are of float32 points, so weights by distance agree to about six digits.
+    assert np.allclose(answer, wanted, rtol=1e-5, atol=1e-6)
 
 
 def test_knn_weighed_by_distance_repeats_a_pair_it_has_seen():

@@ -1,4 +1,8 @@
-"""Exact neighbours, ties by lowest index."""
+"""Both ways to search agree, bit for bit, and with brute force; points come and go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -6,34 +10,136 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning.neighbors import NeighborIndex
+from evastudio.learning.neighbors import NeighborIndex, Way
+from evastudio.world.spaces import Array
+
+WAYS: tuple[Way, ...] = ("compiled", "plain")
 
 
-def brute_force(points, queries, k):
-    away = np.sqrt(((queries[:, None] - points[None]) ** 2).sum(axis=2))
-    order = np.lexsort((np.broadcast_to(np.arange(len(points)), away.shape), away), axis=1)[:, :k]
-    return np.take_along_axis(away, order, axis=1), order
+def brute(points: Array, queries: Array, k: int, skip_own: bool = False) -> np.ndarray:
+    """Numbers by float32 distance, the lower first among equals."""
+    near, asked = points.astype(np.float32), queries.astype(np.float32)
+    found = []
+    for row, query in enumerate(asked):
+        squares = np.zeros(len(near), np.float32)
+        for component in range(near.shape[1]):
+            squares += (near[:, component] - query[component]) ** 2
+        if skip_own:
+            squares[row] = np.inf
+        found.append(np.lexsort((np.arange(len(near)), squares))[:k])
+    return np.array(found)
 
 
-@settings(max_examples=60, deadline=None)
-@given(st.integers(0, 10_000), st.integers(1, 30), st.integers(1, 4))
-def test_neighbours_are_those_of_brute_force_even_with_many_ties(seed, count, size):
+def normal(rng: np.random.Generator, n: int, d: int) -> Array:
+    return rng.normal(size=(n, d))
+
+
+def clustered(rng: np.random.Generator, n: int, d: int) -> Array:
+    centers = rng.normal(size=(5, d)) * 10
+    return centers[rng.integers(0, 5, n)] + rng.normal(size=(n, d)) * 0.01
+
+
+def duplicated(rng: np.random.Generator, n: int, d: int) -> Array:
+    return np.asarray(rng.normal(size=(max(1, n // 7), d))[rng.integers(0, max(1, n // 7), n)])
+
+
+def gridded(rng: np.random.Generator, n: int, d: int) -> Array:
+    return rng.integers(0, 3, (n, d)).astype(np.float64)
+
+
+def identical(rng: np.random.Generator, n: int, d: int) -> Array:
+    return np.ones((n, d))
+
+
+def flat(rng: np.random.Generator, n: int, d: int) -> Array:
+    points = np.zeros((n, d))
+    points[:, 0] = rng.normal(size=n)
+    return points
+
+
+def huge(rng: np.random.Generator, n: int, d: int) -> Array:
+    return np.asarray(rng.normal(size=(n, d)) * 10.0 ** rng.integers(-8, 9, (n, 1)))
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", [normal, clustered, duplicated, gridded, identical, flat, huge])
+@pytest.mark.parametrize(("n", "d", "k"), [(1, 1, 1), (20, 3, 5), (700, 8, 5), (1500, 2, 15)])
+def test_it_finds_what_brute_force_finds(
+    way: Way, kind: Callable[[np.random.Generator, int, int], Array], n: int, d: int, k: int
+) -> None:
+    rng = np.random.default_rng(n + d)
+    points = kind(rng, n, d)
+    queries = np.concatenate([kind(rng, 30, d), points[:10]])
+    index = NeighborIndex(points, way)
+    distances, numbers = index.nearest(queries, min(k, n))
+    assert np.array_equal(numbers, brute(points, queries, min(k, n)))
+    assert (np.diff(distances, axis=1) >= 0).all()
+    if n > k:
+        assert np.array_equal(index.nearest_others(k), brute(points, points, k, skip_own=True))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(1, 400), st.integers(1, 12), st.integers(0, 2**32 - 1))
+def test_both_ways_agree_through_additions_and_removals(n: int, d: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    points = rng.integers(0, 3, size=(count, size)).astype(float)
-    queries = rng.integers(0, 3, size=(5, size)).astype(float)
-    k = int(rng.integers(1, count + 1))
-    distances, indices = NeighborIndex(points).nearest(queries, k)
-    wanted_distances, wanted = brute_force(points, queries, k)
-    assert indices.tolist() == wanted.tolist()
-    assert np.allclose(distances, wanted_distances, rtol=1e-15, atol=0)
+    kinds = (normal, clustered, duplicated, gridded)
+    points = kinds[seed % 4](rng, n, d)
+    indexes = [NeighborIndex(points, way) for way in WAYS]
+    for _ in range(4):
+        if rng.random() < 0.5 or len(points) < 3:
+            more = kinds[seed % 4](rng, int(rng.integers(1, 40)), d)
+            points = np.concatenate([points, more])
+            for index in indexes:
+                index.add(more)
+        else:
+            gone = rng.choice(len(points), len(points) // 3, replace=False)
+            points = np.delete(points, gone, axis=0)
+            for index in indexes:
+                index.remove(gone)
+        queries = kinds[seed % 4](rng, 8, d)
+        k = min(5, len(points))
+        expected = brute(points, queries, k)
+        for index in indexes:
+            assert len(index) == len(points)
+            assert np.array_equal(index.nearest(queries, k)[1], expected)
 
 
-def test_the_nearest_others_never_include_the_point_itself():
-    points = np.array([[0.0], [0.0], [0.0], [5.0], [6.0]])
-    others = NeighborIndex(points).nearest_others(2)
-    assert others.tolist() == [[1, 2], [0, 2], [0, 1], [4, 0], [3, 0]]
+@pytest.mark.parametrize("way", WAYS)
+def test_many_queries_are_answered_as_one_is(way: Way) -> None:
+    rng = np.random.default_rng(3)
+    points, queries = rng.normal(size=(3000, 6)), rng.normal(size=(2500, 6))
+    index = NeighborIndex(points, way)
+    distances, numbers = index.nearest(queries, 7)
+    for row in (0, 1, 1234, 2499):
+        alone = index.nearest(queries[row : row + 1], 7)
+        assert np.array_equal(alone[0][0], distances[row])
+        assert np.array_equal(alone[1][0], numbers[row])
 
 
-def test_more_neighbours_than_points_is_refused():
-    with pytest.raises(InvalidInputError, match="there are 3 pairs"):
-        NeighborIndex(np.zeros((3, 1))).nearest(np.zeros((1, 1)), 4)
+@pytest.mark.parametrize("way", WAYS)
+def test_distances_are_those_of_float64_but_for_rounding(way: Way) -> None:
+    rng = np.random.default_rng(4)
+    points, queries = rng.normal(size=(500, 8)), rng.normal(size=(50, 8))
+    distances, numbers = NeighborIndex(points, way).nearest(queries, 5)
+    exact = np.linalg.norm(points[numbers] - queries[:, None, :], axis=2)
+    assert distances == pytest.approx(exact, rel=1e-5)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_infinite_queries_and_ten_thousand_components_are_borne(way: Way) -> None:
+    rng = np.random.default_rng(5)
+    wide = rng.normal(size=(40, 10_000))
+    assert np.array_equal(NeighborIndex(wide, way).nearest(wide, 1)[1][:, 0], np.arange(40))
+    far = np.full((1, 3), 1e300)
+    numbers = NeighborIndex(rng.normal(size=(50, 3)), way).nearest(far, 5)[1]
+    assert sorted(set(numbers[0])) == list(numbers[0])
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("k", [0, 11])
+def test_more_neighbours_than_points_are_refused(way: Way, k: int) -> None:
+    index = NeighborIndex(np.zeros((10, 2)), way)
+    with pytest.raises(InvalidInputError, match="there are 10 pairs"):
+        index.nearest(np.zeros((1, 2)), k)
+    with pytest.raises(InvalidInputError, match="at least 11"):
+        index.nearest_others(10)

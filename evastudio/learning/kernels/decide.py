@@ -15,7 +15,7 @@ from evastudio.learning.kernels.search import CHUNK, STACK, search
 
 @njit(cache=True, nogil=True)
 def decide_row(
-    states, row, offset, scale, largest, nodes, levels, leaves, numbers, added, added_numbers,
+    states, row, offset, scale, largest, nodes, children, leaves, numbers, added, added_numbers,
     actions, k, inverse, floats, integers, out,
 ):  # fmt: skip
     """The action for `states[row]`, into `out[row]`.
@@ -27,14 +27,13 @@ def decide_row(
     best = floats[LEAF + size : LEAF + size + k]
     nearest = floats[LEAF + size + k :]
     chosen = integers[:k]
-    waiting = integers[k : k + STACK]
-    depths = integers[k + STACK :]
+    waiting = integers[k:]
     for component in range(size):
         value = (states[row, component] - offset[component]) / scale[component]
         floats[LEAF + component] = np.float32(min(max(value, -largest), largest))
     search(
-        floats, LEAF, size, nodes, levels, leaves, numbers, added, added_numbers, k, np.int32(-1),
-        best, chosen, waiting, depths, nearest, floats,
+        floats, LEAF, size, nodes, children, leaves, numbers, added, added_numbers, k, np.int32(-1),
+        best, chosen, waiting, nearest, floats,
     )  # fmt: skip
     exact = best[0] == 0.0
     total = 0.0
@@ -60,22 +59,22 @@ def _weight(square, exact):
 
 @njit(cache=True, nogil=True)
 def decide_rows(
-    states, first, last, offset, scale, largest, nodes, levels, leaves, numbers, added,
+    states, first, last, offset, scale, largest, nodes, children, leaves, numbers, added,
     added_numbers, actions, k, inverse, out,
 ):  # fmt: skip
     """`decide_row` for the rows from `first` to `last`."""
     floats = np.empty(LEAF + states.shape[1] + k + STACK, np.float32)
-    integers = np.empty(k + 2 * STACK, np.int64)
+    integers = np.empty(k + STACK, np.int64)
     for row in range(first, last):
         decide_row(
-            states, row, offset, scale, largest, nodes, levels, leaves, numbers, added,
+            states, row, offset, scale, largest, nodes, children, leaves, numbers, added,
             added_numbers, actions, k, inverse, floats, integers, out,
         )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, parallel=True)
 def decide_many(
-    states, offset, scale, largest, nodes, levels, leaves, numbers, added, added_numbers, actions,
+    states, offset, scale, largest, nodes, children, leaves, numbers, added, added_numbers, actions,
     k, inverse, out,
 ):  # fmt: skip
     """`decide_row` for all rows on all processors: worth it from about 1,000 states on."""
@@ -83,11 +82,11 @@ def decide_many(
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         decide_rows(
             states, chunk * CHUNK, min(rows, chunk * CHUNK + CHUNK), offset, scale, largest,
-            nodes, levels, leaves, numbers, added, added_numbers, actions, k, inverse, out,
+            nodes, children, leaves, numbers, added, added_numbers, actions, k, inverse, out,
         )  # fmt: skip
 
 
 def scratch(size: int, k: int) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
     """The `floats` and `integers` that `decide_row` needs; one pair for each thread."""
     floats = np.empty(LEAF + size + k + STACK, np.float32)
-    return floats, np.empty(k + 2 * STACK, np.int64)
+    return floats, np.empty(k + STACK, np.int64)

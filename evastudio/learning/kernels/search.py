@@ -19,7 +19,7 @@ CHUNK = 64
 BEYOND = np.float32(3e38)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
 def keep_nearest(mask, found, numbers, slot, skip, k, best, chosen):
     """Sort the points of a leaf that `mask` marks into the k nearest so far; the new worst."""
     worst = best[k - 1]
@@ -43,8 +43,8 @@ def keep_nearest(mask, found, numbers, slot, skip, k, best, chosen):
 
 @njit(cache=True, nogil=True)
 def search(
-    query, q0, size, nodes, levels, leaves, numbers, added, added_numbers, k, skip,
-    best, chosen, waiting, depths, nearest, found,
+    query, q0, size, nodes, children, leaves, numbers, added, added_numbers, k, skip,
+    best, chosen, waiting, nearest, found,
 ):  # fmt: skip
     """The k nearest points to `query[q0:q0 + size]` but for number `skip`.
 
@@ -57,53 +57,47 @@ def search(
     for leaf in range(len(added_numbers) // LEAF):
         mask = leaf_distances(query, q0, added, leaf * size * LEAF, size, worst, found)
         worst = keep_nearest(mask, found, added_numbers, leaf * LEAF, skip, k, best, chosen)
-    height = len(levels) - 1
-    waiting[0], depths[0], nearest[0] = 0, 0, np.float32(0.0)
+    inner = len(children)
+    waiting[0], nearest[0] = 0, np.float32(0.0)
     top = 1
     while top > 0:
         top -= 1
         if nearest[top] > worst:
             continue
-        node, level = waiting[top], depths[top]
-        if level == height:
-            mask = leaf_distances(query, q0, leaves, node * size * LEAF, size, worst, found)
-            worst = keep_nearest(mask, found, numbers, node * LEAF, skip, k, best, chosen)
+        node = waiting[top]
+        if node >= inner:
+            leaf = node - inner
+            mask = leaf_distances(query, q0, leaves, leaf * size * LEAF, size, worst, found)
+            worst = keep_nearest(mask, found, numbers, leaf * LEAF, skip, k, best, chosen)
             continue
         mask = box_distances(query, q0, nodes, node * 2 * size * LANES, size, worst, found)
-        child = LANES * (node - levels[level])
-        if level + 1 < height:
-            child += levels[level + 1]
-        first = top
+        first, child = top, children[node]
         while mask != 0:
             lane = lowest_bit(mask)
             mask &= mask - 1
             distance = found[lane]
             at = top
             while at > first and nearest[at - 1] < distance:
-                nearest[at], waiting[at], depths[at] = (
-                    nearest[at - 1],
-                    waiting[at - 1],
-                    depths[at - 1],
-                )
+                nearest[at], waiting[at] = nearest[at - 1], waiting[at - 1]
                 at -= 1
-            nearest[at], waiting[at], depths[at] = distance, child + lane, level + 1
+            nearest[at], waiting[at] = distance, child + lane
             top += 1
 
 
 @njit(cache=True, nogil=True)
 def search_rows(
-    queries, first, last, skips, size, nodes, levels, leaves, numbers, added, added_numbers, k,
+    queries, first, last, skips, size, nodes, children, leaves, numbers, added, added_numbers, k,
     distances, neighbors,
 ):  # fmt: skip
     """`search` for the rows from `first` to `last` of flattened `queries`."""
-    waiting, depths = np.empty(STACK, np.int64), np.empty(STACK, np.int64)
-    nearest, found = np.empty(STACK, np.float32), np.empty(LEAF, np.float32)
+    waiting, nearest = np.empty(STACK, np.int64), np.empty(STACK, np.float32)
+    found = np.empty(LEAF, np.float32)
     best, chosen = np.empty(k, np.float32), np.empty(k, np.int32)
     for row in range(first, last):
         search(
-            queries, row * size, size, nodes, levels, leaves, numbers, added, added_numbers, k,
+            queries, row * size, size, nodes, children, leaves, numbers, added, added_numbers, k,
             skips[row] if len(skips) else np.int32(-1),
-            best, chosen, waiting, depths, nearest, found,
+            best, chosen, waiting, nearest, found,
         )  # fmt: skip
         for rank in range(k):
             distances[row, rank], neighbors[row, rank] = best[rank], chosen[rank]
@@ -111,12 +105,12 @@ def search_rows(
 
 @njit(cache=True, nogil=True, parallel=True)
 def search_many(
-    queries, rows, skips, size, nodes, levels, leaves, numbers, added, added_numbers, k,
+    queries, rows, skips, size, nodes, children, leaves, numbers, added, added_numbers, k,
     distances, neighbors,
 ):  # fmt: skip
     """`search_rows` for all rows, on all processors: worth it from about 1,000 queries on."""
     for chunk in prange((rows + CHUNK - 1) // CHUNK):
         search_rows(
-            queries, chunk * CHUNK, min(rows, chunk * CHUNK + CHUNK), skips, size, nodes, levels,
+            queries, chunk * CHUNK, min(rows, chunk * CHUNK + CHUNK), skips, size, nodes, children,
             leaves, numbers, added, added_numbers, k, distances, neighbors,
         )  # fmt: skip

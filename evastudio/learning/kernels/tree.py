@@ -27,8 +27,8 @@ class Tree:
 
     nodes: Floats
     """Boxes of every node's children: (nodes, 2, size, 8) flattened."""
-    levels: NDArray[np.int64]
-    """The first node of each level, and the number of nodes, shape (height + 1,)."""
+    children: NDArray[np.int64]
+    """First child of every node, shape (nodes,); from the number of nodes on they are leaves."""
     leaves: Floats
     """Points of every leaf, component by component: (leaves, size, 16) flattened."""
     numbers: NDArray[np.int32]
@@ -51,18 +51,19 @@ def build_tree(points: Floats) -> Tree:
     numbers = np.empty((1 << depth) * LEAF, np.int32)
     _pack(points, order, bounds, leaves, numbers)
     height = max(1, -(-depth // 3))
-    parts, levels = [], [0]
+    parts, children, first_child = [], [], 0
     for level in range(height):
         below = depth - 3 * (height - 1 - level)
         first = (1 << below) - 1
-        children = 1 << (depth - 3 * (height - 1)) if level == 0 else LANES
-        parents = (1 << below) // children
+        width = 1 << (depth - 3 * (height - 1)) if level == 0 else LANES
+        parents = (1 << below) // width
         wide = np.full((parents, 2, size, LANES), FAR, np.float32)
-        found = boxes[first : first + (1 << below)].reshape(parents, children, 2, size)
-        wide[:, :, :, :children] = found.transpose(0, 2, 3, 1)
+        found = boxes[first : first + (1 << below)].reshape(parents, width, 2, size)
+        wide[:, :, :, :width] = found.transpose(0, 2, 3, 1)
         parts.append(wide.ravel())
-        levels.append(levels[-1] + parents)
-    return Tree(np.concatenate(parts), np.array(levels, np.int64), leaves, numbers, size)
+        first_child += parents
+        children.append(first_child + width * np.arange(parents))
+    return Tree(np.concatenate(parts), np.concatenate(children), leaves, numbers, size)
 
 
 @njit(cache=True, nogil=True, parallel=True)
