@@ -6,6 +6,8 @@ import asyncio
 import contextlib
 import signal
 import socket
+import subprocess
+import sys
 import threading
 import webbrowser
 from collections.abc import AsyncIterator, Callable
@@ -69,8 +71,11 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         context.stage_opened.append(open_view)
         context.stage_closed.append(close_view)
         app.state.context = context
+        compiler = subprocess.Popen([sys.executable, "-m", "evastudio.learning.kernels.warm"])
         app.state.views = views
         yield
+        compiler.kill()
+        await asyncio.to_thread(compiler.wait)
         await asyncio.to_thread(context.stages.close_all)
         for stage in list(views):
             close_view(stage)

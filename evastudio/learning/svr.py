@@ -157,7 +157,8 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """Raise InvalidInputError for settings that mean nothing."""
         positive(self, C=self.C, epsilon=self.epsilon, gamma=self.gamma, cache_mb=self.cache_mb)
         bases = self.bases
-        if bases is not None and (not isinstance(bases, (int, np.integer)) or bases < 1):
+        numeric = isinstance(bases, (int, float, np.number))
+        if bases is not None and (not numeric or bases % 1 != 0 or bases < 1):
             raise InvalidInputError(
                 f"bases is {bases!r}; it must be a whole number from 1 on, or None for all."
             )

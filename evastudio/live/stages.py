@@ -133,6 +133,8 @@ class LiveStage:
         self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         actor = load_pilot(self._workspace, pilot, scene)
+        # A first decision may have to load compiled code: not on the stage's own thread.
+        actor.act(scene, scene.worlds([0]), actor.begin(scene, [0]))
         self.call(
             lambda: self._stage.play(scene, actor, self._next_seed(), time.monotonic(), time.time())
         )

@@ -5,6 +5,8 @@ The studio starts this beside itself, so that nobody waits for a compiler when p
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 
 from evastudio.learning.conflicts import ConflictEliminator
@@ -27,4 +29,5 @@ def warm() -> None:
 
 
 if __name__ == "__main__":
+    os.nice(10)
     warm()
