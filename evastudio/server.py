@@ -23,6 +23,7 @@ from evastudio.api.app import api_router
 from evastudio.api.context import Context
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError
+from evastudio.learning.compiled import is_compiled
 from evastudio.live.jobs import Job, Jobs
 from evastudio.live.stages import LiveStage, Stages
 from evastudio.settings import Settings
@@ -71,11 +72,14 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         context.stage_opened.append(open_view)
         context.stage_closed.append(close_view)
         app.state.context = context
-        compiler = subprocess.Popen([sys.executable, "-m", "evastudio.learning.kernels.warm"])
+        compiler = None
+        if not is_compiled():
+            compiler = subprocess.Popen([sys.executable, "-m", "evastudio.learning.kernels.warm"])
         app.state.views = views
         yield
-        compiler.kill()
-        await asyncio.to_thread(compiler.wait)
+        if compiler is not None:
+            compiler.kill()
+            await asyncio.to_thread(compiler.wait)
         await asyncio.to_thread(context.stages.close_all)
         for stage in list(views):
             close_view(stage)

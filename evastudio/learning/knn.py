@@ -80,7 +80,7 @@ class KNNPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.actions_ = actions
         return self.prepare()
 
-    def prepare(self, way: Way = "compiled") -> Self:
+    def prepare(self, way: Way | None = None) -> Self:
         """Build the search tree from the fitted arrays; `fit` and loading a file call it."""
         self._index = NeighborIndex(self.states_, way)
         self._scaling = Scaling(self.offset_, self.scale_)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
+from evastudio.learning.compiled import is_compiled
 from evastudio.world.spaces import Array
 
 Indices = NDArray[np.int64]
@@ -64,15 +65,15 @@ class NeighborIndex:
     """Points (n, d) that can be searched, added to and taken away from.
 
     `way` chooses between the compiled search and the plain one through SciPy, which give the same
-    results, bit for bit.
+    results, bit for bit; None takes the plain one until the compiled one is at hand.
     """
 
-    def __init__(self, points: Array, way: Way = "compiled") -> None:
+    def __init__(self, points: Array, way: Way | None = None) -> None:
         self._points = rounded(points)
         self._alive = np.ones(len(self._points), dtype=bool)
         self._ranks: Indices | None = None
         self.search: Search
-        if way == "compiled":
+        if way == "compiled" or (way is None and is_compiled()):
             from evastudio.learning.kernels.tree_search import TreeSearch  # slow to load
 
             self.search = TreeSearch(self._points)

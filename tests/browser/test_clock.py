@@ -29,6 +29,7 @@ def test_sixty_seconds_without_drift(
     assert "\nLENGTH = 360.0\n" in text
     (folder / "asteroids.py").write_text(text.replace("\nLENGTH = 360.0\n", "\nLENGTH = 720.0\n"))
 
+    page.set_viewport_size({"width": 640, "height": 360})  # drawn by the processor, not a GPU
     stage = open_page(studio).stage
     dt_s = stage.scene.dt_s
     seen: list[tuple[float, dict[str, Any]]] = []

@@ -5,11 +5,8 @@ Machine code is kept in the user's cache folder, never beside the installed pack
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numba
 
-if not numba.config.CACHE_DIR:
-    _caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    numba.config.CACHE_DIR = str(_caches / "evastudio" / "numba")
+from evastudio.learning.compiled import cache_folder
+
+numba.config.CACHE_DIR = str(cache_folder())

@@ -9,9 +9,10 @@ import os
 
 import numpy as np
 
-from evastudio.learning.conflicts import ConflictEliminator
+from evastudio.learning.compiled import note_compiled
 from evastudio.learning.kernels.tree_search import MANY
 from evastudio.learning.knn import KNNPolicy
+from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.svr import SVRPolicy
 
 
@@ -20,12 +21,16 @@ def warm() -> None:
     rng = np.random.default_rng(0)
     states = rng.normal(size=(MANY, 3))
     actions = states[:, :2]
-    ConflictEliminator().fit(states, actions)
-    for learner in (KNNPolicy(), SVRPolicy(bases=8), SVRPolicy()):
-        learner.fit(states, actions)
+    index = NeighborIndex(states, "compiled")
+    index.nearest_others(5)
+    index.nearest(states[:1], 5)
+    knn = KNNPolicy().fit(states, actions).prepare("compiled")
+    whole, compact = (SVRPolicy(bases=bases).fit(states, actions) for bases in (None, 8))
+    for learner in (knn, whole, compact):
         learner.decide(states[:1])
         learner.decide(states[:2])
         learner.decide(states)
+    note_compiled()
 
 
 if __name__ == "__main__":

@@ -1,0 +1,53 @@
+"""Whether the compiled kernels are at hand, without loading them or the compiler.
+
+The first compilation takes some 25 s; from then on machine code is loaded from the user's cache
+folder. A mark beside it says that everything there is compiled for these very sources.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+KERNELS = Path(__file__).parent / "kernels"
+
+
+def cache_folder() -> Path:
+    """Where machine code is kept: NUMBA_CACHE_DIR, or a folder of the user's own."""
+    chosen = os.environ.get("NUMBA_CACHE_DIR")
+    if chosen:
+        return Path(chosen)
+    caches = os.environ.get("XDG_CACHE_HOME")
+    return (Path(caches) if caches else Path.home() / ".cache") / "evastudio" / "numba"
+
+
+def is_compiled() -> bool:
+    """Whether loading the kernels is quick."""
+    return _mark().is_file()
+
+
+def note_compiled() -> None:
+    """Leave the mark; `kernels.warm` does when it has run everything once."""
+    mark = _mark()
+    mark.parent.mkdir(parents=True, exist_ok=True)
+    mark.touch()
+
+
+def ensure_compiled() -> None:
+    """Compile now if need be: where a result must not depend on what was compiled before."""
+    if not is_compiled():
+        from evastudio.learning.kernels.warm import warm  # loads the compiler
+
+        warm()
+
+
+@cache
+def _mark() -> Path:
+    digest = hashlib.sha256(f"{KERNELS} {platform.processor()} {version('numba')}".encode())
+    for source in sorted(KERNELS.glob("*.py")):
+        digest.update(source.read_bytes())
+    return cache_folder() / f"compiled-{digest.hexdigest()[:16]}"
