@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
@@ -16,6 +14,9 @@ from evastudio.world.spaces import Array
 
 BLOCK = 256
 """Queries answered at a time on the plain path, so that the kernel matrix stays in cache."""
+
+_KERNEL: list[Any] = []
+"""The compiled function, once it is loaded."""
 
 
 def compiled() -> bool:
@@ -48,25 +49,45 @@ class Bumps:
 
     def answer(self, states: Array) -> Array:
         """Answers (rows, m) to raw `states` (rows, n). Raises InvalidInputError for another n."""
-        if states.ndim != 2 or states.shape[1] != self.size:
-            raise InvalidInputError(
-                f"States of shape {states.shape} were given; expected (rows, {self.size})."
-            )
-        if self.plain:
-            return self._plainly(states)
-        machine = self._machine
-        if machine is None:
-            machine = self._machine = _pack()(
-                self.vectors,
-                self.weights,
-                self.gamma,
-                self.intercept,
-                self.scaling.offset,
-                self.scaling.scale,
-            )
+        if self._machine is None:
+            return self._first(states)
         answers = np.empty((len(states), self.outputs))
-        _decide()(machine, np.ascontiguousarray(states, dtype=np.float64), answers)
+        try:
+            fits = _KERNEL[0](self._machine, states, answers)
+        except TypeError:  # cheaper than looking each time whether the array lies as it should
+            states = np.ascontiguousarray(states, dtype=np.float64)
+            fits = states.ndim == 2 and _KERNEL[0](self._machine, states, answers)
+        if not fits:
+            raise self._misfit(states)
         return answers
+
+    def _first(self, states: Array) -> Array:
+        """The plain path, or getting ready for the other."""
+        if self.plain:
+            if states.ndim != 2 or states.shape[1] != self.size:
+                raise self._misfit(states)
+            return self._plainly(states)
+        from evastudio.learning.kernels.gaussian import decide, pack  # numba loads slowly
+
+        _KERNEL[:] = [decide]
+        self._machine = pack(
+            self.vectors,
+            self.weights,
+            self.gamma,
+            self.intercept,
+            self.scaling.offset,
+            self.scaling.scale,
+        )
+        return self.answer(states)
+
+    def _misfit(self, states: Array) -> InvalidInputError:
+        return InvalidInputError(
+            f"States of shape {states.shape} were given; expected (rows, {self.size})."
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what `_first` makes: the process it is sent to may not have loaded the kernel."""
+        return {**self.__dict__, "_machine": None}
 
     def _plainly(self, states: Array) -> Array:
         scaled = self.scaling.apply(states)
@@ -80,17 +101,3 @@ class Bumps:
             for column, weights in enumerate(columns):  # BLAS rounds as the batch is large
                 answers[rows, column] = (kernel * weights).sum(axis=1)
         return answers + self.intercept
-
-
-@cache
-def _pack() -> Callable[..., Array]:
-    from evastudio.learning.kernels.gaussian import pack  # numba loads slowly
-
-    return pack
-
-
-@cache
-def _decide() -> Any:
-    from evastudio.learning.kernels.gaussian import decide
-
-    return decide
