@@ -1,7 +1,9 @@
 """Whether the compiled kernels are at hand, without loading them or the compiler.
 
 The first compilation takes some 25 s; from then on machine code is loaded from the user's cache
-folder. A mark beside it says that everything there is compiled for these very sources.
+folder. Each state of the sources has a folder of its own there: numba looks at the one file a
+function stands in, and would load old code where only a file it imports has changed. A mark in
+the folder says that everything is compiled.
 """
 
 from __future__ import annotations
@@ -46,8 +48,13 @@ def ensure_compiled() -> None:
 
 
 @cache
-def _mark() -> Path:
+def code_folder() -> Path:
+    """The folder for machine code made from these very sources, on such a processor."""
     digest = hashlib.sha256(f"{KERNELS} {platform.processor()} {version('numba')}".encode())
     for source in sorted(KERNELS.glob("*.py")):
         digest.update(source.read_bytes())
-    return cache_folder() / f"compiled-{digest.hexdigest()[:16]}"
+    return cache_folder() / digest.hexdigest()[:16]
+
+
+def _mark() -> Path:
+    return code_folder() / "compiled"
