@@ -14,7 +14,7 @@ from evastudio.learning.bumps import Bumps, compiled
 from evastudio.learning.checking import checked_pairs, checked_states, positive
 from evastudio.learning.compact import compact_form
 from evastudio.learning.dual import solve_dual
-from evastudio.learning.knn import Reasons
+from evastudio.learning.neighbor_learner import Reasons
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.scaling import Scaling
 from evastudio.world.spaces import Array

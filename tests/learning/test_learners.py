@@ -8,13 +8,27 @@ from sklearn.utils.estimator_checks import check_estimator
 from evastudio.errors import InvalidInputError
 from evastudio.learning.conflicts import ConflictEliminator
 from evastudio.learning.knn import KNNPolicy
+from evastudio.learning.local_linear import LocalLinearPolicy
+from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
+from evastudio.learning.voting import VotingKNNPolicy
 
 NAMES_OF_ITS_OWN = {"check_fit_score_takes_y"}
 """Learners here take `states, actions`, the field's words, and not X, y."""
 
 
-@pytest.mark.parametrize("learner", [KNNPolicy(), SVRPolicy(), ConflictEliminator()], ids=repr)
+@pytest.mark.parametrize(
+    "learner",
+    [
+        KNNPolicy(),
+        SVRPolicy(),
+        LocalLinearPolicy(k=5),
+        SampledKNNPolicy(),
+        VotingKNNPolicy(),
+        ConflictEliminator(),
+    ],
+    ids=repr,
+)
 def test_learners_keep_the_estimator_contract(learner):
     results = check_estimator(learner, on_fail=None, on_skip=None)
     failed = {one["check_name"] for one in results if one["status"] == "failed"}

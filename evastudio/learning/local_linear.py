@@ -1,0 +1,86 @@
+"""A straight line through the neighbourhood: weighted ridge regression on the nearest pairs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from sklearn.base import RegressorMixin
+from sklearn.utils.validation import check_is_fitted
+
+from evastudio.learning.checking import checked_states, positive
+from evastudio.learning.neighbor_learner import NeighborLearner
+from evastudio.world.spaces import Array
+
+BLOCK = 512
+"""Queries solved at a time, to bound memory."""
+
+
+class LocalLinearPolicy(RegressorMixin, NeighborLearner):  # type: ignore[misc]
+    """A linear map fitted, for every decision anew, to the `k` nearest pairs.
+
+    Pairs weigh by their distance (tricube of its ratio to the farthest), slopes are drawn to zero
+    by `ridge`, and the answer stays within the actions of those pairs. Where the mapping slopes,
+    this follows it with fewer pairs than a mean needs. Cleveland, "Robust locally weighted
+    regression", 1979.
+
+    Parameters
+    ----------
+    k : int
+        How many pairs a decision is made from.
+    ridge : float
+        Weight of the slopes' squares, in units of the neighbours' total weight.
+
+    Raises InvalidInputError for no pairs, NaN, wrong shapes, and `k` above the number of pairs.
+    """
+
+    def __init__(self, k: int = 40, ridge: float = 0.1) -> None:
+        self.k = k
+        self.ridge = ridge
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.multi_output = True
+        return tags
+
+    def predict(self, states: Any) -> Array:
+        """Actions (queries, m) for states (queries, n), or (queries,) where fitted so."""
+        check_is_fitted(self)
+        actions = self.decide(checked_states(self, states))
+        flat: Array = actions[:, 0]
+        return flat if self.flat_ else actions
+
+    def decide(self, states: Array) -> Array:
+        """Like `predict`, for states known to be good; the answer to one is that in any batch."""
+        actions = np.empty((len(states), self.actions_.shape[1]))
+        for start in range(0, len(states), BLOCK):
+            rows = slice(start, start + BLOCK)
+            actions[rows] = self._solve(states[rows])
+        return actions
+
+    def _solve(self, states: Array) -> Array:
+        distances, pairs = self.nearest(states)
+        weights = self.weigh(distances)[:, :, None]
+        apart = self.states_[pairs] - self._scaling.apply(states)[:, None, :]
+        given = self.actions_[pairs]
+        middle = (weights * apart).sum(axis=1, keepdims=True)
+        mean = (weights * given).sum(axis=1, keepdims=True)
+        spread = apart - middle
+        # One small system for each query: a batch solves each as if it were alone.
+        normal = np.swapaxes(spread, 1, 2) @ (weights * spread)
+        normal += self.ridge * np.eye(apart.shape[2])
+        slopes = np.linalg.solve(normal, np.swapaxes(spread, 1, 2) @ (weights * (given - mean)))
+        answers = (mean - middle @ slopes)[:, 0]
+        return np.asarray(np.clip(answers, given.min(axis=1), given.max(axis=1)))
+
+    def weigh(self, distances: Array) -> Array:
+        """Tricube weights, (queries, k), rows summing to 1."""
+        reach = distances[:, -1:] * 1.001
+        share = np.divide(distances, reach, out=np.zeros_like(distances), where=reach > 0.0)
+        weights = (1.0 - share**3) ** 3
+        return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+    def check_settings(self) -> None:
+        """Raise InvalidInputError for settings that mean nothing."""
+        super().check_settings()
+        positive(self, ridge=self.ridge)

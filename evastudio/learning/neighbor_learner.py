@@ -1,0 +1,138 @@
+"""What learners that keep their pairs have in common: the pairs, the index, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+from sklearn.base import BaseEstimator
+from sklearn.utils.validation import check_is_fitted
+
+from evastudio.errors import InvalidInputError
+from evastudio.learning.checking import (
+    checked_actions,
+    checked_indices,
+    checked_pairs,
+    checked_states,
+)
+from evastudio.learning.neighbors import Indices, NeighborIndex, Way
+from evastudio.learning.scaling import Scaling
+from evastudio.world.spaces import Array
+
+
+@dataclass(frozen=True)
+class Reasons:
+    """Why a learner decided as it did."""
+
+    pairs: Indices
+    """Indices of the pairs that a decision came from, nearest first, shape (queries, k)."""
+    distances: Array
+    """How far each of them is from the state asked about, standardised, shape (queries, k)."""
+    weights: Array | None = None
+    """How much each of them counted, shape (queries, k), rows summing to 1; None where a learner
+    does not weigh pairs."""
+    agreement: Array | None = None
+    """1 where all their actions are the same, 0 where they differ as the pairs at large do: one
+    minus the ratio of the weighted spread of their actions to that of all, not below 0;
+    shape (queries,)."""
+
+
+class NeighborLearner(BaseEstimator):  # type: ignore[misc]
+    """Remembers standardised pairs and finds the `k` nearest to a state, exactly.
+
+    Subclasses have a parameter `k` and say how `k` actions become one.
+    """
+
+    k: int
+    states_: Array
+    """Standardised, shape (n_pairs, n_states)."""
+    actions_: Array
+    """Shape (n_pairs, n_actions)."""
+
+    def fit(self, states: Any, actions: Any = None) -> Self:
+        """Remember the pairs: states (pairs, n), actions (pairs, m) or (pairs,)."""
+        self.check_settings()
+        states, actions = checked_pairs(self, states, actions)
+        if self.k > len(states):
+            raise InvalidInputError(
+                f"Each decision was to be made from k={self.k} pairs, but there are only "
+                f"{len(states)} (n_samples={len(states)}); record more, or choose a smaller k."
+            )
+        scaling = Scaling.of(states)
+        self.offset_, self.scale_ = scaling.offset, scaling.scale
+        self.states_ = scaling.apply(states)
+        self.actions_ = actions
+        return self.prepare()
+
+    def prepare(self, way: Way | None = None) -> Self:
+        """Build the search tree from the fitted arrays; `fit` and loading a file call it."""
+        self._index = NeighborIndex(self.states_, way)
+        self._scaling = Scaling(self.offset_, self.scale_)
+        self._slots = np.ascontiguousarray(self.actions_)
+        return self
+
+    def add_pairs(self, states: Any, actions: Any) -> Self:
+        """Learn more pairs without fitting anew; the standardisation stays as it was fitted.
+
+        states: shape (more, n). actions: shape (more, m), or (more,) where fitted so.
+        """
+        check_is_fitted(self)
+        scaled = self._scaling.apply(checked_states(self, states))
+        more = checked_actions(actions, len(scaled), self.actions_.shape[1])
+        self._index.add(scaled)
+        self.states_ = np.concatenate([self.states_, scaled])
+        self.actions_ = np.concatenate([self.actions_, more])
+        self._slots = np.concatenate([self._slots, more])
+        return self
+
+    def remove_pairs(self, pairs: ArrayLike) -> Self:
+        """Forget the pairs of these indices into `states_`; those behind them move up.
+
+        Raises InvalidInputError for indices that are none, and where fewer than k would be left.
+        """
+        check_is_fitted(self)
+        gone = checked_indices(pairs, len(self.states_))
+        if len(self.states_) - len(gone) < self.k:
+            raise InvalidInputError(
+                f"Removing {len(gone)} of {len(self.states_)} pairs leaves fewer than the "
+                f"k={self.k} that a decision is made from; choose a smaller k or keep more."
+            )
+        self._index.remove(gone)
+        self.states_ = np.delete(self.states_, gone, axis=0)
+        self.actions_ = np.delete(self.actions_, gone, axis=0)
+        return self
+
+    def nearest(self, states: Array) -> tuple[Array, Indices]:
+        """Standardised distances and indices of the k nearest pairs, each (queries, k)."""
+        return self._index.nearest(self._scaling.apply(states), int(self.k))
+
+    def explain(self, states: Any) -> Reasons:
+        """The pairs behind each decision, how near they are, what they weigh, and if they agree."""
+        check_is_fitted(self)
+        distances, pairs = self.nearest(checked_states(self, states))
+        weights = self.weigh(distances)
+        actions = self.actions_[pairs]
+        mean = (weights[:, :, None] * actions).sum(axis=1, keepdims=True)
+        spread = (weights[:, :, None] * (actions - mean) ** 2).sum(axis=(1, 2))
+        at_large = float(((self.actions_ - self.actions_.mean(axis=0)) ** 2).sum(axis=1).mean())
+        share = np.sqrt(spread / at_large) if at_large > 0.0 else np.zeros(len(spread))
+        return Reasons(pairs, distances, weights, np.clip(1.0 - share, 0.0, 1.0))
+
+    def weigh(self, distances: Array) -> Array:
+        """What each neighbour counts, (queries, k), rows summing to 1: here all the same."""
+        return np.full(distances.shape, 1.0 / distances.shape[1])
+
+    def check_settings(self) -> None:
+        """Raise InvalidInputError for settings that mean nothing."""
+        if not isinstance(self.k, (int, np.integer, float)) or self.k % 1 != 0 or self.k < 1:
+            raise InvalidInputError(f"k is {self.k!r}; it must be a whole number from 1 on.")
+
+
+def inverse_weights(distances: Array) -> Array:
+    """One over the distance, rows summing to 1; pairs at distance zero count alone."""
+    same = distances == 0.0
+    inverse = 1.0 / np.where(same, 1.0, distances)
+    weights = np.where(same.any(axis=1, keepdims=True), same.astype(np.float64), inverse)
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
