@@ -13,7 +13,6 @@ run: $(VENV)/.installed
 	$(BIN)/evastudio
 
 test: $(VENV)/.dev chromium
-	$(BIN)/python -m evastudio.learning.kernels.warm
 	$(BIN)/python -m pytest
 
 lint: $(VENV)/.dev

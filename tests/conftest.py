@@ -15,11 +15,18 @@ import httpx
 import pytest
 
 from evastudio.demonstrations.store import Store
+from evastudio.learning.compiled import ensure_compiled
 from evastudio.workspace import Workspace, shipped
 from evastudio.world.loading import load_scene_file
 from evastudio.world.scene import Scene
 
 START_S = 60.0
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled() -> None:
+    """Tests time out on what they wait for, not on the compiler."""
+    ensure_compiled()
 
 
 @pytest.fixture(scope="session")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 from scipy.spatial.distance import cdist
 
 from evastudio.errors import InvalidInputError
+from evastudio.learning.compiled import is_compiled
 from evastudio.learning.scaling import Scaling
 from evastudio.world.spaces import Array
 
@@ -19,16 +19,12 @@ _KERNEL: list[Any] = []
 """The compiled function, once it is loaded."""
 
 
-def compiled() -> bool:
-    """Whether numba is here to compile the fast path."""
-    return find_spec("numba") is not None
-
-
 class Bumps:
     """Answers sum_i weights[i] exp(-gamma |x - vectors[i]|^2) + intercept, x standardised.
 
     `vectors` (count, n), `weights` (count, m), `intercept` (m,). A state's answer is bit for bit
-    the same alone and in any batch. Threads may share one. `plain` leaves numba aside.
+    the same alone and in any batch. Threads may share one. `plain` leaves the compiled path aside;
+    None does until the kernels are at hand. Both agree to about 1e-12.
     """
 
     def __init__(
@@ -39,12 +35,12 @@ class Bumps:
         intercept: Array,
         scaling: Scaling,
         *,
-        plain: bool = False,
+        plain: bool | None = None,
     ) -> None:
         self.vectors, self.weights = vectors, weights
         self.gamma, self.intercept, self.scaling = gamma, intercept, scaling
         self.size, self.outputs = vectors.shape[1], weights.shape[1]
-        self.plain = plain or not compiled()
+        self.plain = not is_compiled() if plain is None else plain
         self._machine: Array | None = None
 
     def answer(self, states: Array) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.learning.cleaning import Cleaning, Progress, silent
+from evastudio.learning.compiled import ensure_compiled, is_compiled
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.policy import LEARNERS, Policy, fingerprint
 from evastudio.learning.svr import SVRPolicy
@@ -62,6 +63,9 @@ def fit_policy(
                 f"Every decision was to be made from k = {fitted.k} pairs, and there are only "
                 f"{len(pairs)}. Record more, or choose a smaller k."
             )
+    if not is_compiled():
+        progress(0.0, "Getting ready, once on this machine: half a minute")
+        ensure_compiled()
     progress(0.0, f"Fitting {len(pairs)} pairs")
     if isinstance(fitted, SVRPolicy):
         fitted.fit(

@@ -10,7 +10,7 @@ from sklearn.base import BaseEstimator, RegressorMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning.bumps import Bumps, compiled
+from evastudio.learning.bumps import Bumps
 from evastudio.learning.checking import checked_pairs, checked_states, positive
 from evastudio.learning.compact import compact_form
 from evastudio.learning.dual import solve_dual
@@ -96,7 +96,6 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             gamma=float(self.gamma),
             megabytes=float(self.cache_mb),
             watch=progress,
-            plain=not compiled(),
         )
         self.intercept_ = solution.intercepts * half + middle
         self.support_ = np.flatnonzero((solution.weights != 0).any(axis=1))

@@ -30,6 +30,7 @@ from evastudio.learning.catalog import (
     policy_name_from,
 )
 from evastudio.learning.cleaning import N_NEIGHBORS, THRESHOLD, Progress, clean_pairs, silent
+from evastudio.learning.compiled import ensure_compiled
 from evastudio.learning.fitting import DEFAULT_LEARNER, fit_policy
 from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
 from evastudio.pilots.policy import PolicyPilot
@@ -294,6 +295,7 @@ def evaluate(
     """
     if not policies:
         raise InvalidInputError("No policy was given; name at least one to evaluate.")
+    ensure_compiled()  # figures must not depend on what was compiled before
     if scene is None:
         files = [
             name for name in policies if not name.startswith("scripted:") and name != "straight"
