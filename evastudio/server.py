@@ -25,7 +25,8 @@ from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError
 from evastudio.learning.compiled import is_compiled
 from evastudio.live.jobs import Job, Jobs
-from evastudio.live.stages import LiveStage, Stages
+from evastudio.live.live_stage import LiveStage
+from evastudio.live.stages import Stages
 from evastudio.settings import Settings
 from evastudio.studio.client import client_page
 from evastudio.studio.view import View

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 
 from evastudio.errors import StudioError
-from evastudio.live.stages import LiveStage
+from evastudio.live.live_stage import LiveStage
 
 IDLE_S = 60.0
 """A stage that nobody drives for this long is closed; its running take is kept."""

@@ -13,7 +13,8 @@ from starlette.requests import HTTPConnection
 from evastudio.api.attendance import Attendance
 from evastudio.demonstrations.store import Store
 from evastudio.live.jobs import Job, Jobs
-from evastudio.live.stages import LiveStage, Stages
+from evastudio.live.live_stage import LiveStage
+from evastudio.live.stages import Stages
 from evastudio.workspace import Workspace
 
 

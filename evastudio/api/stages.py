@@ -17,7 +17,7 @@ from evastudio.api.context import Context, Studio
 from evastudio.api.models import CommandIn, KeysIn, StageIn, StageOut
 from evastudio.errors import InvalidInputError, NotFoundError, StudioError
 from evastudio.live.jobs import Job
-from evastudio.live.stages import LiveStage
+from evastudio.live.live_stage import LiveStage
 
 router = APIRouter(prefix="/stages", tags=["stages"])
 logger = logging.getLogger(__name__)

@@ -7,17 +7,22 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, Row, Select, case, delete, func, insert, select, update
+from sqlalchemy import delete, func, insert, select, update
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import open_engine
 from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.records import (
-    CleaningRecord,
     Marks,
     SessionRecord,
     TakeData,
     TakeRecord,
+)
+from evastudio.demonstrations.summaries import (
+    cleaning_query,
+    session_records,
+    take_record,
+    takes_query,
 )
 from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.world.scene import Scene
@@ -72,7 +77,7 @@ class Store:
         if scene is not None:
             query = query.where(schema.sessions.c.scene == scene)
         with self._engine.connect() as connection:
-            return _sessions(connection, query)
+            return session_records(connection, query)
 
     def session(self, reference: int | str) -> SessionRecord:
         """The session with that id, or else that name. Raises NotFoundError.
@@ -83,10 +88,12 @@ class Store:
         with self._engine.connect() as connection:
             found: list[SessionRecord] = []
             if str(reference).isdecimal() and int(reference) <= LARGEST_ID:
-                found = _sessions(connection, select(table).where(table.c.id == int(reference)))
+                found = session_records(
+                    connection, select(table).where(table.c.id == int(reference))
+                )
             if not found:
                 named = select(table).where(table.c.name == str(reference))
-                found = _sessions(connection, named.order_by(table.c.id.desc()).limit(1))
+                found = session_records(connection, named.order_by(table.c.id.desc()).limit(1))
         if not found:
             raise NotFoundError(
                 f"There is no session {str(reference)!r}; `evastudio sessions` lists them."
@@ -179,20 +186,20 @@ class Store:
 
     def takes(self, session: int, trashed: bool | None = False) -> list[TakeRecord]:
         """The takes of a session in order: kept ones, trashed ones, or with None both."""
-        query = _takes_query().where(schema.takes.c.session_id == session)
+        query = takes_query().where(schema.takes.c.session_id == session)
         if trashed is not None:
             at = schema.takes.c.trashed_at
             query = query.where(at.is_not(None) if trashed else at.is_(None))
         with self._engine.connect() as connection:
-            return [_take(row) for row in connection.execute(query)]
+            return [take_record(row) for row in connection.execute(query)]
 
     def take(self, take: int) -> TakeRecord:
         """One take. Raises NotFoundError."""
         with self._engine.connect() as connection:
-            row = connection.execute(_takes_query().where(schema.takes.c.id == take)).one_or_none()
+            row = connection.execute(takes_query().where(schema.takes.c.id == take)).one_or_none()
         if row is None:
             raise _no_take(take)
-        return _take(row)
+        return take_record(row)
 
     def load_take(self, take: int) -> TakeData:
         """The content of a take. Raises NotFoundError, and StorageError where it is damaged."""
@@ -258,7 +265,7 @@ class Store:
     def undo_cleaning(self, session: int) -> bool:
         """Take the cleaning in force back; the one before it, if any, is in force again."""
         with self._engine.begin() as connection:
-            cleaning = connection.execute(_cleaning_query(session)).scalar_one_or_none()
+            cleaning = connection.execute(cleaning_query(session)).scalar_one_or_none()
             if cleaning is None:
                 return False
             connection.execute(delete(schema.marks).where(schema.marks.c.cleaning_id == cleaning))
@@ -268,7 +275,7 @@ class Store:
     def marks(self, session: int) -> Marks:
         """The conflicts of the cleaning in force, by take; empty where there is none."""
         with self._engine.connect() as connection:
-            cleaning = connection.execute(_cleaning_query(session)).scalar_one_or_none()
+            cleaning = connection.execute(cleaning_query(session)).scalar_one_or_none()
             rows = connection.execute(
                 select(schema.marks).where(schema.marks.c.cleaning_id == cleaning)
             ).all()
@@ -278,119 +285,6 @@ class Store:
             )
             for row in rows
         }
-
-
-def _takes_query() -> Any:
-    takes, chunks = schema.takes, schema.chunks
-    columns = [column for column in takes.c if column.name != "fixed"]
-    counted = (
-        select(func.coalesce(func.sum(chunks.c.steps), 0))
-        .where(chunks.c.take_id == takes.c.id)
-        .scalar_subquery()
-    )
-    return select(*columns, counted.label("pairs")).order_by(takes.c.id)
-
-
-def _cleaning_query(session: int) -> Any:
-    table = schema.cleanings
-    query = select(table.c.id).where(table.c.session_id == session)
-    return query.order_by(table.c.id.desc()).limit(1)
-
-
-def _take(row: Row[Any]) -> TakeRecord:
-    return TakeRecord(
-        id=row.id,
-        session=row.session_id,
-        number=row.number,
-        scene_version=row.scene_version,
-        seed=row.seed,
-        options=json.loads(row.options),
-        pilot=row.pilot,
-        pairs=int(row.pairs),
-        seconds=round(int(row.pairs) * row.dt_s, 6),
-        outcome=row.outcome,
-        started_at=row.started_at,
-        trashed=row.trashed_at is not None,
-    )
-
-
-def _sessions(connection: Connection, query: Select[Any]) -> list[SessionRecord]:
-    """The sessions that `query` selects, with their counts, in few queries."""
-    rows = connection.execute(query).all()
-    takes, chunks = schema.takes, schema.chunks
-    ids = [row.id for row in rows]
-    kept = takes.c.trashed_at.is_(None)
-    steps = (
-        select(chunks.c.take_id, func.sum(chunks.c.steps).label("pairs"))
-        .join(takes)
-        .where(takes.c.session_id.in_(ids))
-        .group_by(chunks.c.take_id)
-        .subquery()
-    )
-    found = connection.execute(
-        select(
-            takes.c.session_id,
-            func.sum(case((kept, 1), else_=0)),
-            func.sum(case((kept, 0), else_=1)),
-            func.sum(case((kept, func.coalesce(steps.c.pairs, 0)), else_=0)),
-            func.sum(case((kept, func.coalesce(steps.c.pairs, 0) * takes.c.dt_s), else_=0.0)),
-        )
-        .select_from(takes.outerjoin(steps, steps.c.take_id == takes.c.id))
-        .where(takes.c.session_id.in_(ids))
-        .group_by(takes.c.session_id)
-    )
-    counts = {session: tuple(values) for session, *values in found}
-    cleanings = _cleanings(connection, ids)
-    records = []
-    for row in rows:
-        takes_kept, takes_trashed, pairs, seconds = counts.get(row.id, (0, 0, 0, 0.0))
-        records.append(
-            SessionRecord(
-                id=row.id,
-                name=row.name,
-                scene=row.scene,
-                scene_version=row.scene_version,
-                demonstrator=row.demonstrator,
-                created_at=row.created_at,
-                made_by=row.made_by,
-                takes_kept=int(takes_kept),
-                takes_trashed=int(takes_trashed),
-                pairs=int(pairs),
-                seconds=round(float(seconds), 6),
-                cleaning=cleanings.get(row.id),
-            )
-        )
-    return records
-
-
-def _cleanings(connection: Connection, sessions: list[int]) -> dict[int, CleaningRecord]:
-    """The cleaning in force of each of these sessions that has one."""
-    cleanings, marks = schema.cleanings, schema.marks
-    latest = (
-        select(func.max(cleanings.c.id))
-        .where(cleanings.c.session_id.in_(sessions))
-        .group_by(cleanings.c.session_id)
-    )
-    found = {}
-    for row in connection.execute(select(cleanings).where(cleanings.c.id.in_(latest))).all():
-        seen = connection.execute(
-            select(marks.c.take_id, marks.c.pairs, marks.c.removed).where(
-                marks.c.cleaning_id == row.id
-            )
-        ).all()
-        kept = _takes_query().where(
-            schema.takes.c.session_id == row.session_id, schema.takes.c.trashed_at.is_(None)
-        )
-        present = {take.id: int(take.pairs) for take in connection.execute(kept) if take.pairs}
-        found[row.session_id] = CleaningRecord(
-            id=row.id,
-            created_at=row.created_at,
-            settings=json.loads(row.settings),
-            pairs=sum(mark.pairs for mark in seen),
-            removed=sum(mark.removed for mark in seen),
-            stale=present != {mark.take_id: mark.pairs for mark in seen},
-        )
-    return found
 
 
 def _checked_name(name: str, what: str) -> str:

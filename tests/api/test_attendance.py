@@ -10,7 +10,8 @@ import pytest
 from evastudio.api import attendance
 from evastudio.api.attendance import Attendance
 from evastudio.demonstrations.store import Store
-from evastudio.live.stages import LiveStage, Stages
+from evastudio.live.live_stage import LiveStage
+from evastudio.live.stages import Stages
 from evastudio.workspace import Workspace
 
 

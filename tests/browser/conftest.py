@@ -16,7 +16,7 @@ from fastapi import FastAPI
 from playwright.sync_api import Browser, Frame, Page, expect, sync_playwright
 
 from evastudio.api.context import Context
-from evastudio.live.stages import LiveStage
+from evastudio.live.live_stage import LiveStage
 from evastudio.server import create_app
 from evastudio.settings import Settings
 from evastudio.studio.view import View

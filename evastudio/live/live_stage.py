@@ -1,0 +1,350 @@
+"""Stages against the clock: each runs on a thread of its own, with a store and policies at hand."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import secrets
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future
+from dataclasses import asdict, dataclass
+from typing import Any, TypeVar
+
+from evastudio.demonstrations.recorder import Recorder
+from evastudio.demonstrations.store import Store
+from evastudio.errors import ConflictError, StudioError
+from evastudio.live.headless import load_pilot, make_scene
+from evastudio.live.stage import Frame, Mode, Phase, Stage, Status
+from evastudio.workspace import Workspace
+from evastudio.world.scene import Scene, world_seeds
+from evastudio.world.snapshot import Snapshot
+
+logger = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+STATUS_S = 0.125
+"""While a stage moves its status is told this often, and at once when it changes phase."""
+
+
+@dataclass(frozen=True)
+class Totals:
+    """What the store holds of the stage's session."""
+
+    session: Mapping[str, Any] | None
+    takes_kept: int
+    pairs_kept: int
+
+
+class LiveStage:
+    """A stage on its own thread. Its methods may be called from any thread."""
+
+    def __init__(
+        self, name: str, workspace: Workspace, store: Store, scene: Scene, seed: int | None = None
+    ) -> None:
+        """`seed` decides every world to come; drawn from the system where it is None."""
+        self.name = name
+        self.on_status: list[Callable[[dict[str, Any]], None]] = []
+        """Called on the stage's thread; must not wait."""
+        self._workspace = workspace
+        self._store = store
+        self._seed = secrets.randbits(53) if seed is None else seed
+        self._worlds = 0
+        self._totals = Totals(None, 0, 0)
+        self._stage = Stage(scene, self._next_seed(), time.monotonic())
+        self._calls: deque[Callable[[], None]] = deque()
+        self._wake = threading.Condition()
+        self._closing = False
+        self._told_at = 0.0
+        self._told: tuple[Any, ...] = ()
+        self._fault: str | None = None
+        self._undrawn = False
+        self._held: dict[object, frozenset[str]] = {}
+        self._thread = threading.Thread(target=self._run, name=f"stage-{name}", daemon=True)
+        self._thread.start()
+
+    @property
+    def scene(self) -> Scene:
+        """The scene it shows, with its present options."""
+        return self._stage.scene
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The world after the latest decision."""
+        return self._stage.snapshot
+
+    # -- what a person does --------------------------------------------------------------------
+
+    def choose_session(self, session: int | None) -> None:
+        """Record into that session from now on. Raises NotFoundError, ConflictError."""
+        if session is None:
+            return
+        record = self._store.session(session)
+        if record.scene != self._stage.scene.name:
+            raise ConflictError(
+                f"Session {record.name!r} is of scene {record.scene!r}; this stage shows "
+                f"{self._stage.scene.name!r}. Choose one of this scene."
+            )
+        if record.scene_version != self._stage.scene.version:
+            raise ConflictError(
+                f"Session {record.name!r} is of version {record.scene_version} of the scene, which "
+                f"is now version {self._stage.scene.version}. Make a new session; the old one can "
+                "still be fitted."
+            )
+        present = self._stage.recorder
+        if present is not None and present.problem is not None:
+            raise ConflictError(
+                f"The present session is not saved yet. {present.problem} Make room or unlock the "
+                "store, then choose again."
+            )
+        recorder = Recorder(self._store, record.id)
+
+        def change() -> Recorder | None:
+            before, self._stage.recorder = self._stage.recorder, recorder
+            if before is not None:
+                self._stage.stop(time.time())
+            return before
+
+        before = self.call(change)
+        if before is not None:
+            before.close(time.time())
+        self.refresh()
+
+    def demonstrate(self, options: Mapping[str, float] | None = None) -> None:
+        """Begin a take in a new world; makes a session where none was chosen."""
+        self._fault = None
+        scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
+        if self._stage.recorder is None:
+            count = self._store.count_sessions(scene.name) + 1
+            name = f"{scene.title} {count}"
+            made = self._store.create_session(scene, name, "person", time.time())
+            self.choose_session(made)
+        self.call(
+            lambda: self._stage.demonstrate(scene, self._next_seed(), time.monotonic(), time.time())
+        )
+        self.refresh()
+
+    def play(self, pilot: str, options: Mapping[str, float] | None = None) -> None:
+        """Let a policy (or a scripted pilot) act alone in a new world."""
+        self._fault = None
+        scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
+        actor = load_pilot(self._workspace, pilot, scene)
+        # A first decision may have to load compiled code: not on the stage's own thread.
+        actor.act(scene, scene.worlds([0]), actor.begin(scene, [0]))
+        self.call(
+            lambda: self._stage.play(scene, actor, self._next_seed(), time.monotonic(), time.time())
+        )
+        self.refresh()
+
+    def restart(self) -> None:
+        """The same again in another world: a new take, or the policy once more."""
+        policy = self.call(lambda: self._stage.status(time.monotonic()).policy)
+        if policy is not None:
+            self.play(policy)
+        else:
+            self.demonstrate()
+
+    def pause(self) -> None:
+        self.call(lambda: self._stage.pause(time.monotonic()))
+
+    def resume(self) -> None:
+        self.call(lambda: self._stage.resume(time.monotonic()))
+
+    def stop(self) -> None:
+        self.call(lambda: self._stage.stop(time.time()))
+        self.refresh()
+
+    def discard(self) -> bool:
+        done = self.call(lambda: self._stage.discard(time.time()))
+        self.refresh()
+        return done
+
+    def undo(self) -> bool:
+        done = self.call(self._stage.undo)
+        self.refresh()
+        return done
+
+    def hold(self, codes: Sequence[str], age_s: float = 0.0, by: object = None) -> None:
+        """`by` (a page, say) holds exactly these keys since `age_s` seconds ago; does not wait.
+
+        Where several hold keys, all of them count.
+        """
+        at = time.monotonic() - age_s
+
+        def change() -> None:
+            stage = self._stage
+            self._held.pop(by, None)
+            if codes:
+                self._held[by] = frozenset(codes)
+            if stage.phase is not Phase.RECORDING:
+                stage.keys.center()
+            stage.keys.hold(frozenset().union(*self._held.values()), at)
+
+        self._post(change)
+
+    def nobody_there(self) -> None:
+        """The last person went: release every key, and pause a demonstration; does not wait."""
+
+        def change() -> None:
+            self._held.clear()
+            self._stage.keys.center()
+            if self._stage.mode is Mode.DEMONSTRATE:
+                self._stage.pause(time.monotonic())
+
+        self._post(change)
+
+    def watch(self, show: Frame) -> None:
+        """Call `show` on the stage's thread with what to draw, from now on.
+
+        A frame that cannot be drawn is dropped: nobody's take ends for it.
+        """
+
+        def drawn(snapshot: Snapshot, fresh: bool) -> None:
+            try:
+                show(snapshot, fresh)
+            except Exception:  # scenes say what to draw, and scenes are other people's code
+                if not self._undrawn:
+                    logger.exception("Stage %s cannot be drawn", self.name)
+                self._undrawn = True
+
+        self.call(lambda: self._stage.on_frame.append(drawn))
+
+    def refresh(self) -> None:
+        """Count the session anew once the recorder has written what it holds, then tell it."""
+        recorder = self._stage.recorder
+        if recorder is None:
+            self._post(self._tell)
+            return
+
+        def count() -> None:
+            record = self._store.session(recorder.session)
+            self._totals = Totals(
+                {"id": record.id, "name": record.name}, record.takes_kept, record.pairs
+            )
+            with contextlib.suppress(ConflictError):  # closed meanwhile: nobody to tell
+                self._post(self._tell)
+
+        recorder.settle(count)
+
+    def status(self) -> dict[str, Any]:
+        """The stage's `Status` and its session's totals, as JSON holds them."""
+        return self.call(lambda: self._describe(self._stage.status(time.monotonic())))
+
+    def call(self, work: Callable[[], T]) -> T:
+        """Run `work` on the stage's thread and return what it returns, or raise what it raises."""
+        if threading.current_thread() is self._thread:
+            return work()
+        future: Future[T] = Future()
+
+        def run() -> None:
+            try:
+                future.set_result(work())
+            except BaseException as error:
+                future.set_exception(error)
+
+        self._post(run)
+        return future.result(timeout=30.0)
+
+    def close(self) -> None:
+        """End the running take, write it, and stop the thread."""
+        with self._wake:
+            self._closing = True
+            self._wake.notify()
+        self._thread.join()
+        if self._stage.recorder is not None:
+            self._stage.recorder.close(time.time())
+
+    # -- the thread ----------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while True:
+            with self._wake:
+                while not self._calls and not self._closing:
+                    left = due - time.monotonic()
+                    if left <= 0.0:
+                        break
+                    self._wake.wait(left)
+                if self._closing and not self._calls:
+                    return
+                calls = list(self._calls)
+                self._calls.clear()
+            for call in calls:
+                self._safely(call)
+            recording = self._stage.phase is Phase.RECORDING
+            due = self._advance()
+            if recording and self._stage.phase is Phase.ENDED:
+                self.refresh()
+            self._safely(self._tell_changes)
+
+    def _safely(self, work: Callable[[], None]) -> None:
+        """Do `work`; a scene that fails while it is looked at does not end the thread either."""
+        try:
+            work()
+        except Exception as error:
+            self._failed(error)
+
+    def _advance(self) -> float:
+        """Advance the stage; a scene or pilot that fails ends the take, not the stage."""
+        try:
+            return self._stage.advance(time.monotonic(), time.time())
+        except Exception as error:  # scenes and pilots are other people's code
+            self._failed(error)
+            return time.monotonic() + STATUS_S
+
+    def _failed(self, error: Exception) -> None:
+        """Keep the take, go back to ready, and tell why; once where it goes on failing."""
+        fault = (
+            f"The character stopped: {error}"
+            if isinstance(error, StudioError)
+            else "The scene or the character failed and was stopped; the log tells why."
+        )
+        if fault != self._fault:
+            logger.error("Stage %s stopped", self.name, exc_info=error)
+        self._fault = fault
+        with contextlib.suppress(Exception):  # the scene may fail at its beginning too
+            self._stage.stop(time.time())
+
+    def _post(self, work: Callable[[], None]) -> None:
+        with self._wake:
+            if self._closing:
+                raise ConflictError("This stage is closed; open another.")
+            self._calls.append(work)
+            self._wake.notify()
+
+    def _tell_changes(self) -> None:
+        stage, now = self._stage, time.monotonic()
+        recorder = stage.recorder
+        key = (
+            stage.phase,
+            stage.mode,
+            stage.seed,
+            self._totals,
+            self._fault,
+            recorder is not None and (recorder.problem, recorder.can_undo),
+        )
+        moving = stage.phase in (Phase.COUNTDOWN, Phase.RECORDING, Phase.PLAYING)
+        if key != self._told or (moving and now - self._told_at >= STATUS_S):
+            self._told = key
+            self._tell()
+
+    def _tell(self) -> None:
+        now = time.monotonic()
+        self._told_at = now
+        message = self._describe(self._stage.status(now))
+        for listener in list(self.on_status):
+            listener(message)
+
+    def _describe(self, status: Status) -> dict[str, Any]:
+        told = {"stage": self.name, **asdict(status), **asdict(self._totals)}
+        return {**told, "problem": status.problem or self._fault}
+
+    def _next_seed(self) -> int:
+        self._worlds += 1
+        return world_seeds(self._seed, self._worlds)[-1]
+
+    def _with(self, options: Mapping[str, float] | None) -> dict[str, float]:
+        return {**self._stage.scene.values, **(options or {})}
