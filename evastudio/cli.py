@@ -94,12 +94,17 @@ def scenes(workspace: WorkspaceOption = HERE, json_output: JsonFlag = False) -> 
 @app.command()
 def check(
     file: Annotated[Path, typer.Argument(help="A scene's Python file.")],
+    workspace: WorkspaceOption = HERE,
     json_output: JsonFlag = False,
 ) -> None:
-    """Test whether a scene file keeps the rules of scenes; exit code 1 if it does not."""
+    """Test whether a scene file keeps the rules of scenes; exit code 1 if it does not.
+
+    FILE may lie in the workspace's folder of scenes.
+    """
     from evastudio.world.check import check_file
 
-    findings = check_file(file)
+    own = workspace / "scenes" / file
+    findings = check_file(own if own.is_file() and not file.is_file() else file)
     rows = [
         {"rule": found.rule, "ok": found.problem is None, "problem": found.problem}
         for found in findings

@@ -65,9 +65,10 @@ def test_scenes_and_check(tmp_path: Path) -> None:
     assert "asteroids" in [scene["name"] for scene in as_json("scenes", "--workspace", tmp_path)]
     file = shipped() / "scenes" / "asteroids.py"
     assert all(found["ok"] for found in as_json("check", file))
-    broken = tmp_path / "broken.py"
+    (tmp_path / "scenes").mkdir()
+    broken = tmp_path / "scenes" / "broken.py"
     broken.write_text(file.read_text().replace("turn=heading - before", "turn=heading * np.inf"))
-    assert evastudio("check", broken).returncode == 1
+    assert evastudio("check", "broken.py", "--workspace", tmp_path).returncode == 1
 
 
 def refused(done: subprocess.CompletedProcess[str], says: str) -> None:
@@ -100,8 +101,7 @@ def refused(done: subprocess.CompletedProcess[str], says: str) -> None:
 def test_a_mistake_is_one_sentence_and_exit_code_2(
     tmp_path: Path, arguments: tuple[str, ...], says: str
 ) -> None:
-    place = () if arguments[0] == "check" else ("--workspace", tmp_path)
-    refused(evastudio(*arguments, *place), says)
+    refused(evastudio(*arguments, "--workspace", tmp_path), says)
 
 
 def test_a_damaged_policy_and_a_foreign_database_are_refused(tmp_path: Path) -> None:
