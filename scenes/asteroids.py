@@ -301,7 +301,7 @@ class Canonical(Perception):
         states = np.concatenate(
             [strength, turned(frame, push[:, 0]), offset, turned(frame, course)], axis=1
         )
-        return Percept(states, frame)
+        return Percept(self.state.clip(states), frame)  # rounding can leave -1e-17 for 0
 
     def to_own(self, frame: AnyArray, actions: Array) -> Array:
         return turned(frame, actions)

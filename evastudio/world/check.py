@@ -113,6 +113,10 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
                     f"{name}: states have shape {percept.states.shape}, expected {shape}",
                 )
                 _need(bool(np.isfinite(percept.states).all()), f"{name}: a state is not finite")
+                inside = (percept.states >= view.state.low) & (percept.states <= view.state.high)
+                if not inside.all():
+                    outside = view.state.names[int(np.argmin(inside.all(axis=0)))]
+                    raise AssertionError(f"{name}: {outside!r} leaves the range it declares")
                 back = view.to_world(percept.frame, view.to_own(percept.frame, actions[step]))
                 close = np.allclose(back, actions[step], rtol=1e-9, atol=1e-9)
                 _need(close, f"{name}: to_world does not undo to_own")

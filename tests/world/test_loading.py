@@ -84,6 +84,11 @@ def test_a_missing_file_is_not_found(tmp_path: Path) -> None:
             'steps=snapshot["steps"] + snapshot.worlds,',
             "batched equals one by one",
         ),
+        (
+            "return Percept(self.state.clip(states), frame)",
+            "return Percept(states - 9.0, frame)",
+            "perceptions fit",
+        ),
         ('Control("theta", ', 'Control("thtea", ', "declares"),
     ],
 )
