@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from sklearn.base import RegressorMixin
-from sklearn.utils.validation import check_is_fitted
 
-from evastudio.learning.checking import checked_states, positive
-from evastudio.learning.neighbor_learner import NeighborLearner
+from evastudio.learning.checking import positive
+from evastudio.learning.neighbor_learner import Continuous
 from evastudio.world.spaces import Array
 
 BLOCK = 512
 """Queries solved at a time, to bound memory."""
 
 
-class LocalLinearPolicy(RegressorMixin, NeighborLearner):  # type: ignore[misc]
+class LocalLinearPolicy(Continuous):
     """A linear map fitted, for every decision anew, to the `k` nearest pairs.
 
     Pairs weigh by their distance (tricube of its ratio to the farthest), slopes are drawn to zero
@@ -37,18 +33,6 @@ class LocalLinearPolicy(RegressorMixin, NeighborLearner):  # type: ignore[misc]
     def __init__(self, k: int = 40, ridge: float = 0.1) -> None:
         self.k = k
         self.ridge = ridge
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
-
-    def predict(self, states: Any) -> Array:
-        """Actions (queries, m) for states (queries, n), or (queries,) where fitted so."""
-        check_is_fitted(self)
-        actions = self.decide(checked_states(self, states))
-        flat: Array = actions[:, 0]
-        return flat if self.flat_ else actions
 
     def decide(self, states: Array) -> Array:
         """Like `predict`, for states known to be good; the answer to one is that in any batch."""

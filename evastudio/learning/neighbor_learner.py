@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator
+from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
@@ -17,9 +17,11 @@ from evastudio.learning.checking import (
     checked_pairs,
     checked_states,
 )
-from evastudio.learning.neighbors import Indices, NeighborIndex, Way
+from evastudio.learning.neighbors import Averaging, Indices, NeighborIndex, Way
 from evastudio.learning.scaling import Scaling
 from evastudio.world.spaces import Array
+
+WEIGHTS = ("uniform", "distance")
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,50 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
         """Raise InvalidInputError for settings that mean nothing."""
         if not isinstance(self.k, (int, np.integer, float)) or self.k % 1 != 0 or self.k < 1:
             raise InvalidInputError(f"k is {self.k!r}; it must be a whole number from 1 on.")
+
+
+class Averaged(NeighborLearner):
+    """Of the learners here those that decide by an average over their neighbours."""
+
+    weights: str
+    """"uniform", or "distance" for one over the distance."""
+
+    def prepare(self, way: Way | None = None) -> Self:
+        """Build the search tree from the fitted arrays; `fit` and loading a file call it."""
+        super().prepare(way)
+        inverse = self.weights == "distance"
+        self._rule = Averaging(self.offset_, self.scale_, int(self.k), inverse)
+        return self
+
+    def weigh(self, distances: Array) -> Array:
+        """What each neighbour counts, (queries, k), rows summing to 1."""
+        if self.weights == "distance":
+            return inverse_weights(distances)
+        return super().weigh(distances)
+
+    def check_settings(self) -> None:
+        """Raise InvalidInputError for settings that mean nothing."""
+        super().check_settings()
+        if self.weights not in WEIGHTS:
+            raise InvalidInputError(
+                f"weights is {self.weights!r}; it must be one of {', '.join(WEIGHTS)}."
+            )
+
+
+class Continuous(RegressorMixin, NeighborLearner):  # type: ignore[misc]
+    """Of the learners here those whose actions are real vectors. Subclasses say `decide`."""
+
+    def __sklearn_tags__(self) -> Any:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.multi_output = True
+        return tags
+
+    def predict(self, states: Any) -> Array:
+        """Actions (queries, m) for states (queries, n), or (queries,) where fitted so."""
+        check_is_fitted(self)
+        actions: Array = self.decide(checked_states(self, states))
+        flat: Array = actions[:, 0]
+        return flat if self.flat_ else actions
 
 
 def inverse_weights(distances: Array) -> Array:

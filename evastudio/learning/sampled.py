@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from sklearn.base import RegressorMixin
-from sklearn.utils.validation import check_is_fitted
 
-from evastudio.learning.checking import checked_states, positive
-from evastudio.learning.neighbor_learner import NeighborLearner
+from evastudio.learning.checking import positive
+from evastudio.learning.neighbor_learner import Continuous
 from evastudio.world.spaces import Array
 
 
-class SampledKNNPolicy(RegressorMixin, NeighborLearner):  # type: ignore[misc]
+class SampledKNNPolicy(Continuous):
     """Draws among the ways in which the `k` nearest pairs were answered.
 
     Neighbours whose actions can be linked by steps of at most `link` (in units of each
@@ -34,21 +30,6 @@ class SampledKNNPolicy(RegressorMixin, NeighborLearner):  # type: ignore[misc]
     def __init__(self, k: int = 7, link: float = 0.1) -> None:
         self.k = k
         self.link = link
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
-
-    def predict(self, states: Any) -> Array:
-        """The most frequent mode, (queries, m) for states (queries, n), or (queries,).
-
-        `decide` draws.
-        """
-        check_is_fitted(self)
-        actions = self.decide(checked_states(self, states))
-        flat: Array = actions[:, 0]
-        return flat if self.flat_ else actions
 
     def decide(self, states: Array, draws: Array | None = None) -> Array:
         """Actions (queries, m); `draws` (queries,) in [0, 1) choose the modes.

@@ -12,14 +12,12 @@ from sklearn.utils.validation import check_is_fitted, column_or_1d
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.checking import checked_states
-from evastudio.learning.knn import WEIGHTS
-from evastudio.learning.neighbor_learner import NeighborLearner, inverse_weights
-from evastudio.learning.neighbors import Averaging, Way
+from evastudio.learning.neighbor_learner import Averaged
 from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Array
 
 
-class VotingKNNPolicy(ClassifierMixin, NeighborLearner):  # type: ignore[misc]
+class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
     """The symbol that most of the `k` nearest pairs were answered with.
 
     Of symbols with equally many votes the first in `classes_` wins.
@@ -59,13 +57,6 @@ class VotingKNNPolicy(ClassifierMixin, NeighborLearner):  # type: ignore[misc]
         self.classes_, codes = np.unique(symbols, return_inverse=True)
         return super().fit(states, np.eye(len(self.classes_))[codes])
 
-    def prepare(self, way: Way | None = None) -> Self:
-        """Build the search tree from the fitted arrays; `fit` and loading a file call it."""
-        super().prepare(way)
-        inverse = self.weights == "distance"
-        self._rule = Averaging(self.offset_, self.scale_, int(self.k), inverse)
-        return self
-
     def add_pairs(self, states: Any, actions: Any) -> Self:
         """Learn more pairs without fitting anew; their symbols must be known ones."""
         check_is_fitted(self)
@@ -96,17 +87,3 @@ class VotingKNNPolicy(ClassifierMixin, NeighborLearner):  # type: ignore[misc]
         """Codes of the symbols, (queries, 1), for states known to be good."""
         votes = self._index.average(states, self._rule, self._slots)
         return np.asarray(votes.argmax(axis=1)[:, None], dtype=np.float64)
-
-    def weigh(self, distances: Array) -> Array:
-        """What each neighbour counts, (queries, k), rows summing to 1."""
-        if self.weights == "distance":
-            return inverse_weights(distances)
-        return super().weigh(distances)
-
-    def check_settings(self) -> None:
-        """Raise InvalidInputError for settings that mean nothing."""
-        super().check_settings()
-        if self.weights not in WEIGHTS:
-            raise InvalidInputError(
-                f"weights is {self.weights!r}; it must be one of {', '.join(WEIGHTS)}."
-            )
