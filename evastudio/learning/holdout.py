@@ -1,0 +1,98 @@
+"""Holding out whole takes: how well a learner does on takes that it has not seen.
+
+Frames of one take follow from each other, so a frame held out alone would have its twin among
+the pairs learned from; only whole takes are held out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.base import clone, is_classifier
+
+from evastudio.errors import InvalidInputError
+from evastudio.world.spaces import Array
+
+Mask = NDArray[np.bool_]
+FOLDS = 5
+
+
+@dataclass(frozen=True)
+class HoldOut:
+    """Errors on takes that were held out, each predicted by what the others taught."""
+
+    error: float
+    """Over all pairs, in the unit of `mistakes`: its square root for real actions."""
+    by_take: Mapping[int, float]
+    """The same for each take alone."""
+
+
+def take_folds(takes: NDArray[np.int64], count: int = FOLDS) -> tuple[Mask, ...]:
+    """Parts the takes into at most `count` groups of about as many pairs.
+
+    Gives for each group which pairs are held out with it, shape (pairs,). The larger takes are
+    dealt first, each to the smallest group so far, so equal takes give equal groups.
+    Raises InvalidInputError for fewer than two takes.
+    """
+    names, sizes = np.unique(takes, return_counts=True)
+    if len(names) < 2:
+        raise InvalidInputError(
+            "There is only one take, and what was learned can be tried only on a take that was "
+            "held out. Record at least one more."
+        )
+    groups: list[list[int]] = [[] for _ in range(min(count, len(names)))]
+    filled = np.zeros(len(groups), dtype=np.int64)
+    for at in np.lexsort((names, -sizes)):
+        smallest = int(filled.argmin())
+        groups[smallest].append(int(names[at]))
+        filled[smallest] += sizes[at]
+    return tuple(np.isin(takes, group) for group in groups)
+
+
+def mistakes(
+    learner: Any, states: Array, actions: Array, held: Mask, used: Mask | None = None
+) -> Array:
+    """Mistakes on the pairs of `held` (pairs,) of a `learner` fitted to the others.
+
+    states (pairs, n), actions (pairs, m) or (pairs,); of the others only those of `used` (pairs,)
+    are learned from. A mistake is the mean over the components of the squared difference, each in
+    units of the component's variance over all pairs, so that a constant makes about 1; for
+    symbols it is 1 where the wrong one was given. `learner` itself stays as it was.
+    """
+    taught = ~held if used is None else ~held & used
+    given = clone(learner).fit(states[taught], actions[taught]).predict(states[held])
+    wanted = actions[held]
+    if is_classifier(learner):
+        return np.asarray(given != wanted, dtype=np.float64).reshape(len(wanted))
+    spread = actions.std(axis=0)
+    apart = (np.asarray(given) - wanted) / np.where(spread > 0.0, spread, 1.0)
+    return np.asarray((apart.reshape(len(wanted), -1) ** 2).mean(axis=1))
+
+
+def hold_out(
+    learner: Any,
+    states: Array,
+    actions: Array,
+    takes: NDArray[np.int64],
+    *,
+    used: Mask | None = None,
+    count: int = FOLDS,
+) -> HoldOut:
+    """How far off `learner` is on takes it has not seen; see `mistakes` and `take_folds`."""
+    wrong = np.empty(len(takes))
+    for held in take_folds(takes, count):
+        wrong[held] = mistakes(learner, states, actions, held, used)
+    return summed_up(wrong, takes, is_classifier(learner))
+
+
+def summed_up(wrong: Array, takes: NDArray[np.int64], symbols: bool) -> HoldOut:
+    """Mistakes (pairs,) as one figure, and one for each take: a root mean square, or a share."""
+    power = 1.0 if symbols else 0.5
+    return HoldOut(
+        float(wrong.mean() ** power),
+        {int(take): float(wrong[takes == take].mean() ** power) for take in np.unique(takes)},
+    )
