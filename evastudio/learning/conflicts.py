@@ -14,9 +14,6 @@ from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.scaling import Scaling
 from evastudio.world.spaces import Array
 
-BLOCK = 4096
-"""Pairs whose medians are taken at a time, to bound memory."""
-
 
 class ConflictEliminator(BaseEstimator):  # type: ignore[misc]
     """Leaves out every pair whose action is far from the median action of its neighbours.
@@ -75,12 +72,7 @@ class ConflictEliminator(BaseEstimator):  # type: ignore[misc]
         self.range_ = self._range(actions)
         scaled = actions / self.range_
         index = NeighborIndex(Scaling.of(states).apply(states))
-        neighbors = index.nearest_others(int(self.n_neighbors))
-        self.deviations_ = np.empty(len(states))
-        for start in range(0, len(states), BLOCK):
-            rows = slice(start, start + BLOCK)
-            median = vector_medians(scaled[neighbors[rows]])
-            self.deviations_[rows] = lengths(median - scaled[rows])
+        self.deviations_ = index.median_deviations(scaled, int(self.n_neighbors))
         if self.threshold == "auto":
             self.threshold_ = float(np.clip(otsu(self.deviations_), 0.05, 0.5))
         else:
@@ -105,21 +97,6 @@ class ConflictEliminator(BaseEstimator):  # type: ignore[misc]
                 "above 0, one for each component of the action."
             )
         return given
-
-
-def vector_medians(actions: Array) -> Array:
-    """The vector median of each set (eq. 3): `actions` (sets, l, m) gives (sets, m).
-
-    It is the member with the least sum of Euclidean distances to all; the first of several.
-    """
-    between = lengths(actions[:, :, None, :] - actions[:, None, :, :])
-    best = between.sum(axis=2).argmin(axis=1)
-    return np.asarray(actions[np.arange(len(actions)), best])
-
-
-def lengths(vectors: Array) -> Array:
-    """Euclidean lengths of `vectors` (..., m), shape (...)."""
-    return np.asarray(np.sqrt((vectors**2).sum(axis=-1)))
 
 
 def otsu(values: NDArray[np.float64]) -> float:

@@ -10,7 +10,7 @@ to about 1e-6 of their size, or that lie closer together than float32 can tell. 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +39,37 @@ class Averaging:
     """Neighbours weigh one over their distance; where some are at distance 0 only they count."""
 
 
+@dataclass(frozen=True)
+class Others:
+    """Which points count as neighbours of a point."""
+
+    moments: Indices | None
+    """When each was, by number; None where only the point itself does not count."""
+    gap: int
+    """Points no more than this from its own moment do not count."""
+    most: int
+    """How many points at most do not count for some point."""
+
+    def none(self, own: Indices, found: Indices) -> NDArray[np.bool_]:
+        """Which of `found` (rows, any) do not count for the points `own` (rows,)."""
+        if self.moments is None:
+            return found == own[:, None]
+        return np.abs(self.moments[found] - self.moments[own][:, None]) <= self.gap
+
+
 class Search(Protocol):
     """A way to search points that are numbered for good."""
 
-    def nearest(self, queries: Floats, k: int, skips: NDArray[np.int32]) -> tuple[Floats, Indices]:
-        """Squared distances and numbers, each (queries, k).
+    def nearest(self, queries: Floats, k: int) -> tuple[Floats, Indices]:
+        """Squared distances and numbers, each (queries, k)."""
 
-        `skips` (queries,) or (0,) are numbers that do not count for their query.
+    def nearest_others(self, k: int, others: Others) -> Indices:
+        """Numbers (n, k) of the neighbours of every point, in the order of their numbers."""
+
+    def median_deviations(self, actions: Array, k: int, others: Others) -> Array:
+        """For every point (n,) how far its action is from the vector median of its neighbours'.
+
+        `actions` (slots, m) by number.
         """
 
     def average(self, states: Array, rule: Averaging, actions: Array) -> Array:
@@ -95,22 +119,28 @@ class NeighborIndex:
                 f"{k} neighbours were asked for, but there are {len(self)} pairs; choose from 1 "
                 f"to {len(self)}."
             )
-        squares, slots = self.search.nearest(rounded(queries), k, np.empty(0, np.int32))
+        squares, slots = self.search.nearest(rounded(queries), k)
         return np.sqrt(squares.astype(np.float64)), self._numbers(slots)
 
-    def nearest_others(self, k: int) -> Indices:
+    def nearest_others(self, k: int, moments: Indices | None = None, gap: int = 0) -> Indices:
         """The `k` nearest other points of every point, shape (n, k).
 
-        Raises InvalidInputError where there are not `k` others.
+        With `moments` (n,), points whose moment is within `gap` of the asker's own do not count.
+        Raises InvalidInputError where some point has fewer than `k` others that count.
         """
-        if len(self) <= k:
-            raise InvalidInputError(
-                f"{k} neighbours of each pair were asked for, but there are only "
-                f"{len(self)} (n_samples={len(self)}); at least {k + 1} are needed."
-            )
-        own = np.flatnonzero(self._alive).astype(np.int32)
-        _, slots = self.search.nearest(self._points[own], k, own)
-        return self._numbers(slots)
+        return self._numbers(self.search.nearest_others(k, self._others(k, moments, gap)))
+
+    def median_deviations(
+        self, actions: Array, k: int, moments: Indices | None = None, gap: int = 0
+    ) -> Array:
+        """How far each action (n, m) is from the vector median of its `k` neighbours', shape (n,).
+
+        The neighbours are those of `nearest_others`. The vector median (paper eq. 3) is the one
+        with the least sum of Euclidean distances to all of them; of several the nearest neighbour.
+        Raises InvalidInputError as `nearest_others` does.
+        """
+        others = self._others(k, moments, gap)
+        return self.search.median_deviations(self._by_slot(actions), k, others)
 
     def average(self, states: Array, rule: Averaging, actions: Array) -> Array:
         """Mean actions (rows, m) for states (rows, n) as they are before standardisation.
@@ -138,6 +168,43 @@ class NeighborIndex:
     def slots(self, numbers: Indices) -> Indices:
         """Where the search keeps the points of those numbers."""
         return np.flatnonzero(self._alive)[numbers]
+
+    def _others(self, k: int, moments: Indices | None, gap: int) -> Others:
+        """What counts as a neighbour, once it is sure that every point has `k` of them."""
+        count = len(self)
+        if k < 1 or gap < 0:
+            raise InvalidInputError(
+                f"{k} neighbours at least {gap} moments away were asked for; ask for 1 or more, "
+                "and a gap of 0 or more."
+            )
+        if moments is None:
+            most = 1
+        else:
+            moments = np.asarray(moments, dtype=np.int64)
+            if moments.shape != (count,):
+                raise InvalidInputError(
+                    f"The moments have shape {moments.shape}; expected one for each of the "
+                    f"{count} pairs."
+                )
+            ordered = np.sort(moments)
+            close = np.searchsorted(ordered, ordered + gap, "right")
+            most = int((close - np.searchsorted(ordered, ordered - gap, "left")).max(initial=0))
+            moments = self._by_slot(moments)
+        if count - most < k:
+            reason = "" if moments is None else f", of which up to {most} are too close in time"
+            raise InvalidInputError(
+                f"{k} neighbours of each pair were asked for, but there are only "
+                f"{count} (n_samples={count}){reason}; at least {k + most} are needed."
+            )
+        return Others(moments, gap, most)
+
+    def _by_slot(self, values: Any) -> Any:
+        """`values` (n, ...), one for each point, laid out as the search numbers them."""
+        if self._ranks is None:
+            return np.ascontiguousarray(values)
+        spread = np.zeros((len(self._points), *values.shape[1:]), values.dtype)
+        spread[self._alive] = values
+        return spread
 
     def _numbers(self, slots: Indices) -> Indices:
         return slots if self._ranks is None else self._ranks[slots]

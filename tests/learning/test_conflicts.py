@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning.conflicts import ConflictEliminator, otsu, vector_medians
+from evastudio.learning.conflicts import ConflictEliminator, otsu
 
 
 def figure_2(states, actions, count, threshold, span):
@@ -74,11 +74,6 @@ def test_sample_indices_are_the_pairs_not_in_conflict():
     rng = np.random.default_rng(1)
     found = ConflictEliminator().fit(rng.normal(size=(50, 2)), rng.normal(size=50))
     assert np.array_equal(found.sample_indices_, np.flatnonzero(~found.conflict_mask_))
-
-
-def test_the_vector_median_is_the_action_nearest_to_all_others():
-    sets = np.array([[[0.0, 0.0], [1.0, 0.0], [9.0, 9.0]], [[5.0, 5.0], [5.0, 5.0], [0.0, 0.0]]])
-    assert vector_medians(sets).tolist() == [[1.0, 0.0], [5.0, 5.0]]
 
 
 def test_otsu_parts_two_heaps():

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.neighbors import NeighborIndex, Way
+from evastudio.learning.plain_search import vector_medians
 from evastudio.world.spaces import Array
 
 WAYS: tuple[Way, ...] = ("compiled", "plain")
@@ -143,3 +144,69 @@ def test_more_neighbours_than_points_are_refused(way: Way, k: int) -> None:
         index.nearest(np.zeros((1, 2)), k)
     with pytest.raises(InvalidInputError, match="at least 11"):
         index.nearest_others(10)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", [normal, duplicated, gridded, identical])
+@pytest.mark.parametrize(("k", "gap"), [(1, 0), (5, 0), (5, 7), (12, 30)])
+def test_points_close_in_time_do_not_count(
+    way: Way, kind: Callable[[np.random.Generator, int, int], Array], k: int, gap: int
+) -> None:
+    rng = np.random.default_rng(k + gap)
+    points = kind(rng, 200, 4)
+    moments = np.concatenate([np.arange(90), (7 << 40) + np.arange(110)])
+    index = NeighborIndex(points, way)
+    for gone in (np.arange(0), np.arange(3, 200, 19)):
+        index.remove(gone)
+        points, moments = np.delete(points, gone, axis=0), np.delete(moments, gone)
+        found = index.nearest_others(k, moments, gap)
+        for row, query in enumerate(points):
+            counting = np.flatnonzero(abs(moments - moments[row]) > gap)
+            assert np.array_equal(found[row], counting[brute(points[counting], query[None], k)[0]])
+
+
+@pytest.mark.parametrize("kind", [normal, clustered, duplicated, gridded, identical])
+@pytest.mark.parametrize(("m", "k", "gap"), [(1, 5, 0), (2, 5, 3), (2, 9, 0), (12, 4, 5)])
+def test_deviations_from_the_median_agree_bit_for_bit(
+    kind: Callable[[np.random.Generator, int, int], Array], m: int, k: int, gap: int
+) -> None:
+    rng = np.random.default_rng(m + k)
+    points, actions = kind(rng, 1200, 5), kind(rng, 1200, m)
+    moments = rng.integers(0, 900, 1200) if gap else None
+    by_way = []
+    for way in WAYS:
+        index = NeighborIndex(points, way)
+        by_way.append(index.median_deviations(actions, k, moments, gap))
+        medians = vector_medians(actions[index.nearest_others(k, moments, gap)])
+        assert by_way[-1] == pytest.approx(np.linalg.norm(medians - actions, axis=1))
+    assert np.array_equal(*by_way)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_deviations_follow_points_that_come_and_go(way: Way) -> None:
+    rng = np.random.default_rng(9)
+    points, actions = rng.normal(size=(300, 3)), rng.normal(size=(300, 2))
+    index = NeighborIndex(points[:200], way)
+    index.add(points[200:])
+    gone = rng.permutation(300)[:80]
+    index.remove(gone)
+    kept = np.delete(np.arange(300), gone)
+    expected = NeighborIndex(points[kept], "plain").median_deviations(actions[kept], 5)
+    assert np.array_equal(index.median_deviations(actions[kept], 5), expected)
+
+
+def test_the_vector_median_is_the_action_nearest_to_all_others() -> None:
+    sets = np.array([[[0.0, 0.0], [1.0, 0.0], [9.0, 9.0]], [[5.0, 5.0], [5.0, 5.0], [0.0, 0.0]]])
+    assert vector_medians(sets).tolist() == [[1.0, 0.0], [5.0, 5.0]]
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_too_few_others_are_refused(way: Way) -> None:
+    index = NeighborIndex(np.zeros((10, 2)), way)
+    moments = np.arange(10)
+    with pytest.raises(InvalidInputError, match="up to 7 are too close in time; at least 11"):
+        index.nearest_others(4, moments, 3)
+    with pytest.raises(InvalidInputError, match="one for each of the 10 pairs"):
+        index.nearest_others(1, moments[:9])
+    with pytest.raises(InvalidInputError, match="gap of 0 or more"):
+        index.nearest_others(1, moments, -1)

@@ -11,7 +11,8 @@ from evastudio.learning.kernels.decide import decide_many, decide_row, decide_ro
 from evastudio.learning.kernels.lanes import LEAF
 from evastudio.learning.kernels.search import search_many, search_rows
 from evastudio.learning.kernels.tree import FAR, NONE, Floats, build_tree
-from evastudio.learning.neighbors import LARGEST, Averaging
+from evastudio.learning.neighbors import LARGEST, Averaging, Others
+from evastudio.learning.plain_search import PlainSearch
 from evastudio.world.spaces import Array
 
 MANY = 1000
@@ -43,10 +44,28 @@ class TreeSearch:
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state, _scratch=_Scratch())
 
-    def nearest(
+    def nearest(self, queries: Floats, k: int) -> tuple[Floats, NDArray[np.int64]]:
+        """As `neighbors.Search` says."""
+        return self._nearest(queries, k, np.empty(0, np.int32))
+
+    def nearest_others(self, k: int, others: Others) -> NDArray[np.int64]:
+        """As `neighbors.Search` says."""
+        if others.moments is None:
+            return self._nearest(self._points, k, self._numbers.astype(np.int32))[1]
+        return self._plain().nearest_others(k, others)
+
+    def median_deviations(self, actions: Array, k: int, others: Others) -> Array:
+        """As `neighbors.Search` says."""
+        return self._plain().median_deviations(actions, k, others)
+
+    def _plain(self) -> PlainSearch:
+        plain = PlainSearch(self._points)
+        plain._numbers = self._numbers
+        return plain
+
+    def _nearest(
         self, queries: Floats, k: int, skips: NDArray[np.int32]
     ) -> tuple[Floats, NDArray[np.int64]]:
-        """As `neighbors.Search` says."""
         rows = len(queries)
         squares = np.empty((rows, k), np.float32)
         numbers = np.empty((rows, k), np.int64)
