@@ -53,8 +53,8 @@ class Others:
     def none(self, own: Indices, found: Indices) -> NDArray[np.bool_]:
         """Which of `found` (rows, any) do not count for the points `own` (rows,)."""
         if self.moments is None:
-            return found == own[:, None]
-        return np.abs(self.moments[found] - self.moments[own][:, None]) <= self.gap
+            return np.asarray(found == own[:, None])
+        return np.asarray(abs(self.moments[found] - self.moments[own][:, None]) <= self.gap)
 
 
 class Search(Protocol):
