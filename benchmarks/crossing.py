@@ -23,6 +23,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import joblib
 import numpy as np
@@ -51,7 +52,12 @@ MINUTES = 8.0
 SETS = (9001, 9002, 9003, 9004, 9005)
 FIELDS = 20261
 PERCEPTIONS = ("canonical", "paper")
-LEARNERS = ("knn", "svr")
+LEARNERS: Mapping[str, tuple[str, Mapping[str, Any]]] = {
+    "knn": ("knn", {}),
+    "svr": ("svr", {}),
+    "svr of 256 bases": ("svr", {"bases": 256}),
+}
+"""What each row of the tables is fitted with: learner and settings."""
 
 
 def scene_at(density: float) -> Scene:
@@ -115,12 +121,12 @@ def fit_sets(style: str, seed: int, minutes: float) -> list[Fitted]:
     for perception in PERCEPTIONS if style == "careful" else PERCEPTIONS[:1]:
         for clean in cleanings:
             cleaning = clean_pairs(pairs[perception], scene) if clean else None
-            for learner in LEARNERS:
+            for name, (learner, settings) in LEARNERS.items():
                 start = time.process_time()
                 policy = fit_policy(
-                    pairs[perception], scene, perception, learner, cleaning=cleaning
+                    pairs[perception], scene, perception, learner, settings, cleaning=cleaning
                 )
-                row = f"{learner} on `{perception}`, from {style}{', cleaned' if clean else ''}"
+                row = f"{name} on `{perception}`, from {style}{', cleaned' if clean else ''}"
                 cut = 0.0 if cleaning is None else float(cleaning.conflicts.mean())
                 fitted.append(Fitted(row, policy, time.process_time() - start, cut))
     return fitted
