@@ -6,87 +6,84 @@ One state and a batch run the same instructions, so the answer to a state is the
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
-from numpy.typing import NDArray
+from numba import njit, types
 
-from evastudio.learning.kernels.lanes import LEAF
-from evastudio.learning.kernels.search import CHUNK, STACK, search
+from evastudio.learning.kernels.lanes import (
+    address,
+    as_float,
+    float64_at,
+    int64_at,
+    put_float32,
+    put_float64,
+)
+from evastudio.learning.kernels.search import query_place, scratch_for, search
+from evastudio.learning.kernels.tree import (
+    ACTIONS,
+    INVERSE,
+    LARGEST,
+    NONE,
+    OFFSET,
+    OUTPUTS,
+    SCALE,
+    SIZE,
+    K,
+)
 
-
-@njit(cache=True, nogil=True)
-def decide_row(
-    states, row, offset, scale, largest, nodes, children, leaves, numbers, added, added_numbers,
-    actions, k, inverse, floats, integers, out,
-):  # fmt: skip
-    """The action for `states[row]`, into `out[row]`.
-
-    `inverse` weighs each neighbour by one over its distance; else all count the same. `floats`
-    and `integers` are scratch, see `scratch`.
-    """
-    size = states.shape[1]
-    best = floats[LEAF + size : LEAF + size + k]
-    nearest = floats[LEAF + size + k :]
-    chosen = integers[:k]
-    waiting = integers[k:]
-    for component in range(size):
-        value = (states[row, component] - offset[component]) / scale[component]
-        floats[LEAF + component] = np.float32(min(max(value, -largest), largest))
-    search(
-        floats, LEAF, size, nodes, children, leaves, numbers, added, added_numbers, k, np.int32(-1),
-        best, chosen, waiting, nearest, floats,
-    )  # fmt: skip
-    exact = best[0] == 0.0
-    total = 0.0
-    for rank in range(k):
-        if inverse:
-            weight = _weight(best[rank], exact)
-            total += weight
-    for component in range(actions.shape[1]):
-        action = 0.0
-        for rank in range(k):
-            weight = _weight(best[rank], exact) / total if inverse else 1.0 / k
-            action += weight * actions[chosen[rank], component]
-        out[row, component] = action
+_STATES = types.Array(types.float64, 2, "C", readonly=True)
+_OUT = types.Array(types.float64, 2, "C")
 
 
-@njit(cache=True, nogil=True)
-def _weight(square, exact):
-    """One over the distance; where some distance is zero, only those count."""
-    if exact:
-        return 1.0 if square == 0.0 else 0.0
-    return 1.0 / np.sqrt(np.float64(square))
-
-
-@njit(cache=True, nogil=True)
-def decide_rows(
-    states, first, last, offset, scale, largest, nodes, children, leaves, numbers, added,
-    added_numbers, actions, k, inverse, out,
-):  # fmt: skip
-    """`decide_row` for the rows from `first` to `last`."""
-    floats = np.empty(LEAF + states.shape[1] + k + STACK, np.float32)
-    integers = np.empty(k + STACK, np.int64)
+@njit(cache=True, nogil=True, error_model="numpy")
+def decide_rows(table, states, first, last, out):
+    """The actions for the rows of `states` from `first` to `last`, into those of `out`."""
+    size, outputs = int64_at(table, SIZE), int64_at(table, OUTPUTS)
+    k, inverse = int64_at(table, K), int64_at(table, INVERSE) != 0
+    offset, scale = int64_at(table, OFFSET), int64_at(table, SCALE)
+    actions = int64_at(table, ACTIONS)
+    scratch = scratch_for(size, k)
+    query = query_place(scratch, k)
+    weights = query + 8 * size
     for row in range(first, last):
-        decide_row(
-            states, row, offset, scale, largest, nodes, children, leaves, numbers, added,
-            added_numbers, actions, k, inverse, floats, integers, out,
-        )  # fmt: skip
+        for component in range(size):
+            value = states[row, component] - float64_at(offset, component)
+            value = value / float64_at(scale, component)
+            value = min(value, LARGEST) if value > -LARGEST else -LARGEST
+            put_float32(query, component, np.float32(value))
+        search(table, query, k, NONE, 0, 0, address(scratch))
+        total = 0.0
+        exact = scratch[0] >> 32 == 0
+        for rank in range(k):
+            square = np.int32(scratch[rank] >> 32)
+            if not inverse:
+                weight = 1.0
+            elif exact:
+                weight = 1.0 if square == 0 else 0.0
+            else:
+                weight = 1.0 / np.sqrt(np.float64(as_float(square)))
+            put_float64(weights, rank, weight)
+            total += weight
+        for rank in range(k):
+            put_float64(weights, rank, float64_at(weights, rank) / total)
+        for component in range(outputs):
+            action = 0.0
+            for rank in range(k):
+                number = np.int64(np.int32(scratch[rank]))
+                action += float64_at(weights, rank) * float64_at(
+                    actions, number * outputs + component
+                )
+            out[row, component] = action
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def decide_many(
-    states, offset, scale, largest, nodes, children, leaves, numbers, added, added_numbers, actions,
-    k, inverse, out,
-):  # fmt: skip
-    """`decide_row` for all rows on all processors: worth it from about 1,000 states on."""
-    rows = len(states)
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        decide_rows(
-            states, chunk * CHUNK, min(rows, chunk * CHUNK + CHUNK), offset, scale, largest,
-            nodes, children, leaves, numbers, added, added_numbers, actions, k, inverse, out,
-        )  # fmt: skip
+@njit(types.boolean(types.int64, _STATES, _OUT), cache=True, nogil=True, error_model="numpy")
+def decide(table, states, out):
+    """Actions (rows, outputs) for `states` (rows, size), to `out`.
 
-
-def scratch(size: int, k: int) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
-    """The `floats` and `integers` that `decide_row` needs; one pair for each thread."""
-    floats = np.empty(LEAF + size + k + STACK, np.float32)
-    return floats, np.empty(k + STACK, np.int64)
+    False, and nothing done, where the shapes do not fit.
+    """
+    if states.shape[1] != int64_at(table, SIZE) or out.shape != (
+        len(states),
+        int64_at(table, OUTPUTS),
+    ):
+        return False
+    decide_rows(table, states, 0, len(states), out)
+    return True

@@ -1,116 +1,118 @@
 """Searching a tree of boxes: the k nearest points, exactly, one query at a time or many.
 
 Distances are float32 sums over the components in order. Of points equally far the one with the
-lower number is nearer. A box is never farther than a point inside it, in float32 too, since
-every operation on the way rounds monotonically; so nothing is missed.
+lower number is nearer: a key holds the bits of the squared distance above those of the number, so
+that keys sort as neighbours do. A box is never farther than a point inside it, in float32 too,
+since every operation on the way rounds monotonically; so nothing is missed.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-from evastudio.learning.kernels.lanes import LANES, LEAF, box_distances, leaf_distances, lowest_bit
-from evastudio.learning.kernels.tree import NONE
+from evastudio.learning.kernels.lanes import (
+    LEAF,
+    address,
+    int32_at,
+    int64_at,
+    keep,
+    leaf_distances,
+    lowest_bit,
+    near_children,
+    put_int32,
+    put_int64,
+)
+from evastudio.learning.kernels.tree import (
+    ADDED,
+    ADDED_LEAVES,
+    ADDED_NUMBERS,
+    CHILDREN,
+    INNER,
+    LEAVES,
+    NODES,
+    NONE,
+    NUMBERS,
+    SIZE,
+)
+from evastudio.learning.kernels.vectors import LANES
 
-STACK = 192
-"""Nodes that can wait: seven for each of up to 27 levels."""
-CHUNK = 64
-BEYOND = np.float32(3e38)
+STACK = 200
+"""Nodes that can wait: seven for each of up to 27 levels, and eight that are being written."""
+BEYOND = np.int32(0x7F7FFFFF)
+"""The bits of the largest float32."""
+EMPTY = (int(BEYOND) << 32) | int(NONE)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def scratch_for(size, k):
+    """Memory for one search after another: see `search`, then a query of `size` and k weights."""
+    return np.empty((k + LANES - 1) // LANES * LANES + LEAF // 2 + STACK + size + k, np.int64)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def query_place(scratch, k):
+    """Where scratch memory has room for a query."""
+    return address(scratch) + 8 * ((k + LANES - 1) // LANES * LANES + LEAF // 2 + STACK)
 
 
 @njit(cache=True, nogil=True, inline="always")
-def keep_nearest(mask, found, numbers, slot, skip, k, best, chosen):
-    """Sort the points of a leaf that `mask` marks into the k nearest so far; the new worst."""
-    worst = best[k - 1]
+def look(query, leaf, numbers, size, worst, k, own, moments, gap, keys, found):
+    """Sort the points of a leaf into the k nearest so far; the new worst."""
+    mask = leaf_distances(query, leaf, size, worst, found)
     while mask != 0:
         lane = lowest_bit(mask)
         mask &= mask - 1
-        distance, number = found[lane], numbers[slot + lane]
-        if number in (skip, NONE):
+        number = int32_at(numbers, lane)
+        if number == own:
             continue
-        if distance < worst or (distance == worst and number < chosen[k - 1]):
-            at = k - 1
-            while at > 0 and (
-                best[at - 1] > distance or (best[at - 1] == distance and chosen[at - 1] > number)
-            ):
-                best[at], chosen[at] = best[at - 1], chosen[at - 1]
-                at -= 1
-            best[at], chosen[at] = distance, number
-            worst = best[k - 1]
+        if moments != 0 and abs(int64_at(moments, number) - int64_at(moments, own)) <= gap:
+            continue
+        keep(keys, (k + LANES - 1) // LANES, (np.int64(int32_at(found, lane)) << 32) | number)
+        worst = np.int32(int64_at(keys, k - 1) >> 32)
     return worst
 
 
-@njit(cache=True, nogil=True)
-def search(
-    query, q0, size, nodes, children, leaves, numbers, added, added_numbers, k, skip,
-    best, chosen, waiting, nearest, found,
-):  # fmt: skip
-    """The k nearest points to `query[q0:q0 + size]` but for number `skip`.
+@njit(cache=True, nogil=True, error_model="numpy")
+def search(tree, query, k, own, moments, gap, keys):
+    """The k nearest points to the float32 at `query`: their keys, ascending, at `keys`.
 
-    Squared distances go to `best`, numbers to `chosen`; the rest is scratch. `added` holds leaves
-    of points that came after the tree was built.
+    `tree` is the address of a table, see `tree.table`. Point number `own` does not count, nor,
+    where `moments` is the address of everybody's, do those within `gap` of its own. Behind the
+    keys there is scratch memory.
     """
-    for rank in range(k):
-        best[rank], chosen[rank] = BEYOND, NONE
+    blocks = (k + LANES - 1) // LANES
+    found = keys + 8 * LANES * blocks
+    nearest = found + 4 * LEAF
+    waiting = nearest + 4 * STACK
+    size, inner = int64_at(tree, SIZE), int64_at(tree, INNER)
+    nodes, children = int64_at(tree, NODES), int64_at(tree, CHILDREN)
+    leaves, numbers = int64_at(tree, LEAVES), int64_at(tree, NUMBERS)
+    for rank in range(LANES * blocks):
+        put_int64(keys, rank, EMPTY)
     worst = BEYOND
-    for leaf in range(len(added_numbers) // LEAF):
-        mask = leaf_distances(query, q0, added, leaf * size * LEAF, size, worst, found)
-        worst = keep_nearest(mask, found, added_numbers, leaf * LEAF, skip, k, best, chosen)
-    inner = len(children)
-    waiting[0], nearest[0] = 0, np.float32(0.0)
+    for leaf in range(int64_at(tree, ADDED_LEAVES)):
+        worst = look(
+            query, int64_at(tree, ADDED) + leaf * size * LEAF * 4,
+            int64_at(tree, ADDED_NUMBERS) + leaf * LEAF * 4,
+            size, worst, k, own, moments, gap, keys, found,
+        )  # fmt: skip
+    put_int32(nearest, 0, np.int32(0))
+    put_int32(waiting, 0, np.int32(0))
     top = 1
     while top > 0:
         top -= 1
-        if nearest[top] > worst:
+        if int32_at(nearest, top) > (worst | 7):
             continue
-        node = waiting[top]
+        node = np.int64(int32_at(waiting, top))
         if node >= inner:
             leaf = node - inner
-            mask = leaf_distances(query, q0, leaves, leaf * size * LEAF, size, worst, found)
-            worst = keep_nearest(mask, found, numbers, leaf * LEAF, skip, k, best, chosen)
-            continue
-        mask = box_distances(query, q0, nodes, node * 2 * size * LANES, size, worst, found)
-        first, child = top, children[node]
-        while mask != 0:
-            lane = lowest_bit(mask)
-            mask &= mask - 1
-            distance = found[lane]
-            at = top
-            while at > first and nearest[at - 1] < distance:
-                nearest[at], waiting[at] = nearest[at - 1], waiting[at - 1]
-                at -= 1
-            nearest[at], waiting[at] = distance, child + lane
-            top += 1
-
-
-@njit(cache=True, nogil=True)
-def search_rows(
-    queries, first, last, skips, size, nodes, children, leaves, numbers, added, added_numbers, k,
-    distances, neighbors,
-):  # fmt: skip
-    """`search` for the rows from `first` to `last` of flattened `queries`."""
-    waiting, nearest = np.empty(STACK, np.int64), np.empty(STACK, np.float32)
-    found = np.empty(LEAF, np.float32)
-    best, chosen = np.empty(k, np.float32), np.empty(k, np.int32)
-    for row in range(first, last):
-        search(
-            queries, row * size, size, nodes, children, leaves, numbers, added, added_numbers, k,
-            skips[row] if len(skips) else np.int32(-1),
-            best, chosen, waiting, nearest, found,
-        )  # fmt: skip
-        for rank in range(k):
-            distances[row, rank], neighbors[row, rank] = best[rank], chosen[rank]
-
-
-@njit(cache=True, nogil=True, parallel=True)
-def search_many(
-    queries, rows, skips, size, nodes, children, leaves, numbers, added, added_numbers, k,
-    distances, neighbors,
-):  # fmt: skip
-    """`search_rows` for all rows, on all processors: worth it from about 1,000 queries on."""
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        search_rows(
-            queries, chunk * CHUNK, min(rows, chunk * CHUNK + CHUNK), skips, size, nodes, children,
-            leaves, numbers, added, added_numbers, k, distances, neighbors,
-        )  # fmt: skip
+            worst = look(
+                query, leaves + leaf * size * LEAF * 4, numbers + leaf * LEAF * 4,
+                size, worst, k, own, moments, gap, keys, found,
+            )  # fmt: skip
+        else:
+            top += near_children(
+                query, nodes + node * size * 2 * LANES * 4, size, worst,
+                int64_at(children, node), nearest + 4 * top, waiting + 4 * top,
+            )  # fmt: skip

@@ -8,112 +8,136 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import NDArray
 
-from evastudio.learning.kernels.lanes import LANES, LEAF
+from evastudio.learning.kernels.lanes import LEAF
+from evastudio.learning.kernels.vectors import LANES
 
 Floats = NDArray[np.float32]
-FAR = np.float32(1e18)
-"""Coordinate of slots that hold no point: farther than any that does."""
+FAR = np.float32(2e19)
+"""Coordinate of slots that hold no point: its square is infinite, so none is ever near."""
 NONE = np.int32(2**31 - 1)
 """Number of no point."""
+SAMPLE = 256
+"""Points that are looked at to choose where to split."""
+(
+    SIZE, INNER, NODES, CHILDREN, LEAVES, NUMBERS, TREE_LEAVES, ADDED, ADDED_NUMBERS, ADDED_LEAVES,
+    OFFSET, SCALE, ACTIONS, OUTPUTS, K, INVERSE, TABLE,
+) = range(17)  # fmt: skip
+"""What stands where in the table that a kernel is given: addresses and numbers."""
+LARGEST = 1e15
+"""No component of a point or query is beyond this."""
 
 
 @dataclass(frozen=True)
 class Tree:
     """A balanced k-d tree whose nodes are laid out for `kernels.search`.
 
-    Binary splits at the median of the widest component until at most 16 points are left; three
-    binary levels then make one level of eight children.
+    Binary splits at the median of the component that varies most until at most 16 points are
+    left; three binary levels then make one level of eight children.
     """
 
     nodes: Floats
-    """Boxes of every node's children: (nodes, 2, size, 8) flattened."""
+    """Boxes of every node's children: (nodes, 2, size, 8)."""
     children: NDArray[np.int64]
     """First child of every node, shape (nodes,); from the number of nodes on they are leaves."""
     leaves: Floats
-    """Points of every leaf, component by component: (leaves, size, 16) flattened."""
+    """Points of every leaf, component by component: (leaves, size, 16)."""
     numbers: NDArray[np.int32]
-    """Number of the point in each slot of the leaves, NONE where there is none."""
-    size: int
-    """Components of a point."""
+    """Number of the point in each slot, NONE where there is none: (leaves, 16)."""
 
 
-def build_tree(points: Floats) -> Tree:
-    """A tree over `points` (n, size), n at least 1."""
-    points = np.ascontiguousarray(points, dtype=np.float32)
+def build_tree(points: Floats, numbers: NDArray[np.int64]) -> Tree:
+    """A tree over `points` (n, size) of those `numbers` (n,), n at least 1."""
     count, size = points.shape
     depth = 0
     while -(-count // (1 << depth)) > LEAF:
         depth += 1
-    order = np.arange(count, dtype=np.int32)
-    boxes = np.empty(((1 << (depth + 1)) - 1, 2, size), np.float32)
-    bounds = _split(points, order, depth, boxes)
-    leaves = np.empty((1 << depth) * size * LEAF, np.float32)
-    numbers = np.empty((1 << depth) * LEAF, np.int32)
-    _pack(points, order, bounds, leaves, numbers)
-    height = max(1, -(-depth // 3))
-    parts, children, first_child = [], [], 0
-    for level in range(height):
-        below = depth - 3 * (height - 1 - level)
-        first = (1 << below) - 1
-        width = 1 << (depth - 3 * (height - 1)) if level == 0 else LANES
-        parents = (1 << below) // width
-        wide = np.full((parents, 2, size, LANES), FAR, np.float32)
-        found = boxes[first : first + (1 << below)].reshape(parents, width, 2, size)
-        wide[:, :, :, :width] = found.transpose(0, 2, 3, 1)
-        parts.append(wide.ravel())
-        first_child += parents
-        children.append(first_child + width * np.arange(parents))
-    return Tree(np.concatenate(parts), np.concatenate(children), leaves, numbers, size)
+    points, order = points.copy(), numbers.astype(np.int32)
+    bounds = np.array([0, count])
+    for _ in range(depth):
+        bounds = _split(points, order, bounds)
+    leaves = np.empty((1 << depth, size, LEAF), np.float32)
+    slots = np.empty((1 << depth, LEAF), np.int32)
+    boxes = np.empty((1 << depth, 2, size), np.float32)
+    _pack(points, order, bounds, leaves, slots, boxes)
+    parts: list[Floats] = []
+    while True:  # from the lowest level up
+        width = min(LANES, len(boxes))
+        wide = np.full((len(boxes) // width, 2, size, LANES), FAR, np.float32)
+        wide[..., :width] = boxes.reshape(-1, width, 2, size).transpose(0, 2, 3, 1)
+        parts.insert(0, wide)
+        if len(wide) == 1:
+            break
+        ends = wide[:, 0].min(axis=-1), wide[:, 1].max(axis=-1)
+        boxes = np.stack(ends, axis=1)
+    children = 1 + LANES * np.arange(sum(len(part) for part in parts))
+    children[1:] += width - LANES  # the root may have fewer
+    return Tree(np.concatenate(parts), children, leaves, slots)
+
+
+def pack_leaves(points: Floats, numbers: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int32]]:
+    """Any points (n, size) and their numbers laid out as the leaves of a tree are, in order."""
+    count, size = points.shape
+    leaves = -(-count // LEAF)
+    rows = np.full((leaves * LEAF, size), FAR, np.float32)
+    slots = np.full(leaves * LEAF, NONE, np.int32)
+    rows[:count], slots[:count] = points, numbers
+    columns = rows.reshape(leaves, LEAF, size).transpose(0, 2, 1)
+    return np.ascontiguousarray(columns), slots.reshape(leaves, LEAF)
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _split(points, order, depth, boxes):
-    """Order the points by binary splits and fill in every node's box; bounds of the leaves."""
-    count, size = points.shape
-    bounds = np.zeros((1 << depth) + 1, np.int64)
-    bounds[1] = count
-    for level in range(depth + 1):
-        nodes = 1 << level
-        inner = np.zeros(2 * nodes + 1, np.int64)
-        inner[2 * nodes] = count
-        for node in prange(nodes):
-            start, stop = bounds[node], bounds[node + 1]
-            at = nodes - 1 + node
-            axis, widest = 0, np.float32(-1.0)
-            for component in range(size):
-                low, high = FAR, -FAR
-                for place in range(start, stop):
-                    value = points[order[place], component]
-                    low, high = min(low, value), max(high, value)
-                boxes[at, 0, component], boxes[at, 1, component] = low, high
-                if high - low > widest:
-                    axis, widest = component, high - low
-            middle = (start + stop + 1) >> 1
-            if level < depth:
-                _select(points, order, start, stop, middle, axis)
-            inner[2 * node], inner[2 * node + 1] = start, middle
-        if level < depth:
-            bounds[: 2 * nodes + 1] = inner
-    return bounds
+def _split(points, order, bounds):
+    """Part the points between every two of `bounds` at their median; the bounds of the halves."""
+    halves = np.empty(2 * len(bounds) - 1, np.int64)
+    halves[-1] = bounds[-1]
+    for node in prange(len(bounds) - 1):
+        start, stop = bounds[node], bounds[node + 1]
+        middle = (start + stop + 1) >> 1
+        _select(points, order, start, stop, middle, _axis(points, start, stop))
+        halves[2 * node], halves[2 * node + 1] = start, middle
+    return halves
+
+
+@njit(cache=True, nogil=True)
+def _axis(points, start, stop):
+    """The component that varies most, by a sample."""
+    size = points.shape[1]
+    step = max(1, (stop - start) // SAMPLE)
+    axis, widest = 0, -1.0
+    for component in range(size):
+        shift = np.float64(points[start, component])
+        count, total, squares = 0, 0.0, 0.0
+        for row in range(start, stop, step):
+            value = points[row, component] - shift
+            count += 1
+            total += value
+            squares += value * value
+        variance = squares - total * total / count
+        if variance > widest:
+            axis, widest = component, variance
+    return axis
 
 
 @njit(cache=True, nogil=True)
 def _select(points, order, start, stop, middle, axis):
-    """Reorder order[start:stop] so that none before `middle` lies above one after it (Hoare)."""
+    """Reorder rows from start to stop so that none before `middle` exceeds one after it."""
+    size = points.shape[1]
     low, high = start, stop - 1
     while low < high:
-        one = points[order[low], axis]
-        two = points[order[(low + high) >> 1], axis]
-        three = points[order[high], axis]
+        one, two, three = points[low, axis], points[(low + high) >> 1, axis], points[high, axis]
         pivot = max(min(one, two), min(max(one, two), three))
         left, right = low, high
         while left <= right:
-            while points[order[left], axis] < pivot:
+            while points[left, axis] < pivot:
                 left += 1
-            while points[order[right], axis] > pivot:
+            while points[right, axis] > pivot:
                 right -= 1
             if left <= right:
                 order[left], order[right] = order[right], order[left]
+                for component in range(size):
+                    kept = points[left, component]
+                    points[left, component] = points[right, component]
+                    points[right, component] = kept
                 left += 1
                 right -= 1
         if middle <= right:
@@ -125,15 +149,19 @@ def _select(points, order, start, stop, middle, axis):
 
 
 @njit(cache=True, nogil=True, parallel=True)
-def _pack(points, order, bounds, leaves, numbers):
-    """Lay the points of every leaf out component by component."""
+def _pack(points, order, bounds, leaves, numbers, boxes):
+    """Lay the points of every leaf out component by component, and find its box."""
     size = points.shape[1]
     for leaf in prange(len(bounds) - 1):
         start = bounds[leaf]
         held = bounds[leaf + 1] - start
         for slot in range(LEAF):
-            number = order[start + slot] if slot < held else NONE
-            numbers[leaf * LEAF + slot] = number
-            for component in range(size):
-                value = points[number, component] if slot < held else FAR
-                leaves[(leaf * size + component) * LEAF + slot] = value
+            numbers[leaf, slot] = order[start + slot] if slot < held else NONE
+        for component in range(size):
+            low, high = FAR, -FAR
+            for slot in range(LEAF):
+                value = points[start + slot, component] if slot < held else FAR
+                leaves[leaf, component, slot] = value
+                if slot < held:
+                    low, high = min(low, value), max(high, value)
+            boxes[leaf, 0, component], boxes[leaf, 1, component] = low, high

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-import threading
-
 import numpy as np
-from numpy.typing import NDArray
 
-from evastudio.learning.kernels.decide import decide_many, decide_row, decide_rows, scratch
-from evastudio.learning.kernels.lanes import LEAF
-from evastudio.learning.kernels.search import search_many, search_rows
-from evastudio.learning.kernels.tree import FAR, NONE, Floats, build_tree
-from evastudio.learning.neighbors import LARGEST, Averaging, Others
-from evastudio.learning.plain_search import PlainSearch
+from evastudio.errors import InvalidInputError
+from evastudio.learning.kernels.decide import decide
+from evastudio.learning.kernels.tree import (
+    FAR,
+    NONE,
+    OFFSET,
+    TABLE,
+    Floats,
+    Tree,
+    build_tree,
+    pack_leaves,
+)
+from evastudio.learning.neighbors import Averaging, Indices, Others
 from evastudio.world.spaces import Array
 
 MANY = 1000
 """Queries from which on it pays to wake the other processors."""
-ADDED = 512
+WAITING = 512
 """Points that may wait outside the tree, or a sixty-fourth of those in it."""
-
-
-class _Scratch(threading.local):
-    """What one decision needs for its search, kept by each thread for the next."""
-
-    def __init__(self) -> None:
-        self.by_k: dict[int, tuple[Floats, NDArray[np.int64]]] = {}
 
 
 class TreeSearch:
@@ -34,67 +31,60 @@ class TreeSearch:
     def __init__(self, points: Floats) -> None:
         self._points = points
         self._numbers = np.arange(len(points))
-        self._scratch = _Scratch()
         self._rebuild()
 
     def __getstate__(self) -> dict[str, object]:
-        """Scratch memory belongs to threads and stays behind."""
-        return {name: value for name, value in self.__dict__.items() if name != "_scratch"}
+        """All but the table, whose addresses mean nothing elsewhere."""
+        return {**self.__dict__, "_table": None, "_asked": None}
 
     def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state, _scratch=_Scratch())
+        self.__dict__.update(state)
+        self._lay_out()
 
-    def nearest(self, queries: Floats, k: int) -> tuple[Floats, NDArray[np.int64]]:
+    def nearest(self, queries: Floats, k: int) -> tuple[Floats, Indices]:
         """As `neighbors.Search` says."""
-        return self._nearest(queries, k, np.empty(0, np.int32))
+        from evastudio.learning.kernels.batches import search_many, search_rows  # not to decide
 
-    def nearest_others(self, k: int, others: Others) -> NDArray[np.int64]:
+        rows = len(queries)
+        squares, numbers = np.empty((rows, k), np.int32), np.empty((rows, k), np.int64)
+        if rows < MANY:
+            search_rows(self._address, queries, 0, rows, k, squares, numbers)
+        else:
+            search_many(self._address, queries, k, squares, numbers)
+        return squares.view(np.float32), numbers
+
+    def nearest_others(self, k: int, others: Others) -> Indices:
         """As `neighbors.Search` says."""
-        if others.moments is None:
-            return self._nearest(self._points, k, self._numbers.astype(np.int32))[1]
-        return self._plain().nearest_others(k, others)
+        from evastudio.learning.kernels.batches import search_others
+
+        found = np.empty((self._slots, k), np.int64)
+        search_others(self._address, self._leaves, k, _moments(others), others.gap, found)
+        return found if len(self._numbers) == self._slots else found[self._numbers]
 
     def median_deviations(self, actions: Array, k: int, others: Others) -> Array:
         """As `neighbors.Search` says."""
-        return self._plain().median_deviations(actions, k, others)
+        from evastudio.learning.kernels.batches import deviate_all
 
-    def _plain(self) -> PlainSearch:
-        plain = PlainSearch(self._points)
-        plain._numbers = self._numbers
-        return plain
-
-    def _nearest(
-        self, queries: Floats, k: int, skips: NDArray[np.int32]
-    ) -> tuple[Floats, NDArray[np.int64]]:
-        rows = len(queries)
-        squares = np.empty((rows, k), np.float32)
-        numbers = np.empty((rows, k), np.int64)
-        flat = queries.reshape(-1)
-        if rows < MANY:
-            search_rows(flat, 0, rows, skips, *self._arrays, k, squares, numbers)
-        else:
-            search_many(flat, rows, skips, *self._arrays, k, squares, numbers)
-        return squares, numbers
+        found = np.empty(self._slots)
+        deviate_all(self._address, self._leaves, k, _moments(others), others.gap, actions, found)
+        return found if len(self._numbers) == self._slots else found[self._numbers]
 
     def average(self, states: Array, rule: Averaging, actions: Array) -> Array:
-        """As `neighbors.Search` says."""
-        rows = len(states)
-        k, inverse = rule.k, rule.inverse
-        _, *tree = self._arrays
-        out = np.empty((rows, actions.shape[1]))
-        if rows == 1:
-            kept = self._scratch.by_k.get(k)
-            if kept is None:
-                kept = self._scratch.by_k[k] = scratch(self._size, k)
-            decide_row(
-                states, 0, rule.offset, rule.scale, LARGEST, *tree, actions, k, inverse, *kept, out
-            )
-        elif rows < MANY:
-            decide_rows(
-                states, 0, rows, rule.offset, rule.scale, LARGEST, *tree, actions, k, inverse, out
-            )
+        """As `neighbors.Search` says. Raises InvalidInputError for states of another width."""
+        asked = self._asked
+        if asked is None or asked[0] is not rule or asked[1] is not actions:
+            self._ask(rule, actions)
+        out = np.empty((len(states), actions.shape[1]))
+        if len(states) < MANY:
+            fits = decide(self._address, states, out)
         else:
-            decide_many(states, rule.offset, rule.scale, LARGEST, *tree, actions, k, inverse, out)
+            from evastudio.learning.kernels.batches import decide_many
+
+            fits = decide_many(self._address, states, out)
+        if not fits:
+            raise InvalidInputError(
+                f"The states have shape {states.shape}; expected (rows, {self._points.shape[1]})."
+            )
         return out
 
     def add(self, points: Floats, first: int) -> None:
@@ -102,43 +92,59 @@ class TreeSearch:
         count = len(points)
         self._points = np.concatenate([self._points, points])
         self._numbers = np.concatenate([self._numbers, np.arange(first, first + count)])
+        self._slots = first + count
         self._waiting += count
-        if self._waiting > max(ADDED, len(self._points) // 64):
+        if self._waiting > max(WAITING, len(self._points) // 64):
             self._rebuild()
         else:
-            self._pack_added()
+            self._pack_waiting()
 
-    def remove(self, numbers: NDArray[np.int64]) -> None:
+    def remove(self, numbers: Indices) -> None:
         """As `neighbors.Search` says."""
         kept = ~np.isin(self._numbers, numbers)
         self._waiting -= int((~kept[len(kept) - self._waiting :]).sum())
         self._points, self._numbers = self._points[kept], self._numbers[kept]
-        tree_numbers = self._arrays[4]
-        tree_numbers[np.isin(tree_numbers, numbers)] = NONE
+        gone = np.isin(self._tree.numbers, numbers)
+        self._tree.numbers[gone] = NONE
+        self._tree.leaves.transpose(0, 2, 1)[gone] = FAR
         self._gone += int((~kept).sum())
         if self._gone * 2 > len(self._points):
             self._rebuild()
         else:
-            self._pack_added()
+            self._pack_waiting()
 
     def _rebuild(self) -> None:
-        tree = build_tree(self._points)
-        held = tree.numbers != NONE
-        tree.numbers[held] = self._numbers[tree.numbers[held]]
-        self._size = tree.size
+        self._tree: Tree = build_tree(self._points, self._numbers)
+        self._slots = int(self._numbers[-1]) + 1
         self._waiting = self._gone = 0
-        self._arrays = (
-            tree.size, tree.nodes, tree.children, tree.leaves, tree.numbers,
-            np.empty(0, np.float32), np.empty(0, np.int32),
-        )  # fmt: skip
+        self._pack_waiting()
 
-    def _pack_added(self) -> None:
-        """Lay the waiting points out in leaves, as the tree's are."""
-        leaves = -(-self._waiting // LEAF)
-        points = np.full((leaves * LEAF, self._size), FAR, np.float32)
-        numbers = np.full(leaves * LEAF, NONE, np.int32)
+    def _pack_waiting(self) -> None:
         first = len(self._points) - self._waiting
-        points[: self._waiting] = self._points[first:]
-        numbers[: self._waiting] = self._numbers[first:]
-        packed = points.reshape(leaves, LEAF, self._size).transpose(0, 2, 1)
-        self._arrays = (*self._arrays[:5], np.ascontiguousarray(packed).reshape(-1), numbers)
+        self._added = pack_leaves(self._points[first:], self._numbers[first:])
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """The table by which kernels find everything, see `kernels.tree`."""
+        tree, (added, numbers) = self._tree, self._added
+        self._table = np.zeros(TABLE, np.int64)
+        self._table[:OFFSET] = (
+            self._points.shape[1], len(tree.children), tree.nodes.ctypes.data,
+            tree.children.ctypes.data, tree.leaves.ctypes.data, tree.numbers.ctypes.data,
+            len(tree.leaves), added.ctypes.data, numbers.ctypes.data, len(added),
+        )  # fmt: skip
+        self._address = self._table.ctypes.data
+        self._leaves = len(tree.leaves) + len(added)
+        self._asked: tuple[Averaging, Array] | None = None
+
+    def _ask(self, rule: Averaging, actions: Array) -> None:
+        """Put what decides into the table, and keep it as long as its addresses stand there."""
+        self._table[OFFSET:] = (
+            rule.offset.ctypes.data, rule.scale.ctypes.data, actions.ctypes.data,
+            actions.shape[1], rule.k, rule.inverse,
+        )  # fmt: skip
+        self._asked = rule, actions
+
+
+def _moments(others: Others) -> Indices:
+    return np.empty(0, np.int64) if others.moments is None else others.moments

@@ -23,6 +23,8 @@ def warm() -> None:
     actions = states[:, :2]
     index = NeighborIndex(states, "compiled")
     index.nearest_others(5)
+    index.median_deviations(actions, 5)
+    index.nearest(states, 5)
     index.nearest(states[:1], 5)
     knn = KNNPolicy().fit(states, actions).prepare("compiled")
     whole, compact = (SVRPolicy(bases=bases).fit(states, actions) for bases in (None, 8))
