@@ -53,23 +53,33 @@ def take_folds(takes: NDArray[np.int64], count: int = FOLDS) -> tuple[Mask, ...]
     return tuple(np.isin(takes, group) for group in groups)
 
 
+def answers(
+    learner: Any, states: Array, actions: Array, held: Mask, used: Mask | None = None
+) -> Array:
+    """What a `learner` fitted to the others says of the pairs of `held` (pairs,).
+
+    states (pairs, n), actions (pairs, m) or (pairs,); of the others only those of `used` (pairs,)
+    are learned from. `learner` itself stays as it was.
+    """
+    taught = ~held if used is None else ~held & used
+    return np.asarray(clone(learner).fit(states[taught], actions[taught]).predict(states[held]))
+
+
 def mistakes(
     learner: Any, states: Array, actions: Array, held: Mask, used: Mask | None = None
 ) -> Array:
-    """Mistakes on the pairs of `held` (pairs,) of a `learner` fitted to the others.
+    """Mistakes on the pairs of `held` (pairs,) of a `learner` fitted to the others; see `answers`.
 
-    states (pairs, n), actions (pairs, m) or (pairs,); of the others only those of `used` (pairs,)
-    are learned from. A mistake is the mean over the components of the squared difference, each in
-    units of the component's variance over all pairs, so that a constant makes about 1; for
-    symbols it is 1 where the wrong one was given. `learner` itself stays as it was.
+    A mistake is the mean over the components of the squared difference, each in units of the
+    component's variance over all pairs, so that a constant makes about 1; for symbols it is 1
+    where the wrong one was given.
     """
-    taught = ~held if used is None else ~held & used
-    given = clone(learner).fit(states[taught], actions[taught]).predict(states[held])
+    given = answers(learner, states, actions, held, used)
     wanted = actions[held]
     if is_classifier(learner):
         return np.asarray(given != wanted, dtype=np.float64).reshape(len(wanted))
     spread = actions.std(axis=0)
-    apart = (np.asarray(given) - wanted) / np.where(spread > 0.0, spread, 1.0)
+    apart = (given - wanted) / np.where(spread > 0.0, spread, 1.0)
     return np.asarray((apart.reshape(len(wanted), -1) ** 2).mean(axis=1))
 
 

@@ -1,0 +1,69 @@
+"""The same takes under several perceptions, judged where they can be compared: in the world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import joblib
+import numpy as np
+from sklearn.base import is_classifier
+
+from evastudio.demonstrations.pairs import Pairs
+from evastudio.learning.candidates import Candidate
+from evastudio.learning.holdout import answers
+from evastudio.learning.trials import Examiner, Trial
+from evastudio.world.scene import Perception
+from evastudio.world.snapshot import AnyArray
+from evastudio.world.spaces import Array
+
+
+@dataclass(frozen=True)
+class Perceived:
+    """Some takes as one perception gives them."""
+
+    perception: Perception
+    pairs: Pairs
+    frame: AnyArray
+    """In which its actions are given, shape (pairs, ...); see `Percept.frame`."""
+
+    def in_world(self, actions: Array) -> Array:
+        """`actions` (pairs, m) of its own frame, in the world's."""
+        return self.perception.to_world(self.frame, actions)
+
+
+def compare_perceptions(
+    views: Sequence[Perceived], learner: Any, examiner: Examiner
+) -> dict[str, Trial]:
+    """Trials of `learner` under each of `views`, on the folds of `examiner`.
+
+    Each perception turns actions into a frame of its own, where some look easier than others; so
+    decisions are turned back, and mistakes are those in the world. Nothing where there is but one.
+    """
+    if len(views) < 2:
+        return {}
+    tasks = [(view, held) for view in views for held in examiner.folds]
+    run = joblib.Parallel(n_jobs=examiner.n_jobs, prefer="threads", return_as="generator")
+    parts = run(joblib.delayed(_answers)(learner, view, held) for view, held in tasks)
+    trials = {}
+    for done, view in enumerate(views):
+        given = np.empty_like(view.pairs.actions)
+        for held in examiner.folds:
+            given[held] = next(parts)
+        apart = view.in_world(given) - (wanted := view.in_world(view.pairs.actions))
+        if is_classifier(learner):
+            wrong = (apart != 0.0).any(axis=1).astype(np.float64)
+        else:
+            spread = wanted.std(axis=0)
+            wrong = ((apart / np.where(spread > 0.0, spread, 1.0)) ** 2).mean(axis=1)
+        name = view.perception.name
+        trials[name] = Trial(Candidate(name), wrong, view.pairs.takes, is_classifier(learner))
+        examiner.progress((done + 1) / len(views), f"Looking through '{name}'")
+    return trials
+
+
+def _answers(learner: Any, view: Perceived, held: Any) -> Array:
+    actions = view.pairs.actions
+    wanted = actions[:, 0] if is_classifier(learner) else actions
+    return answers(learner, view.pairs.states, wanted, held).reshape(-1, actions.shape[1])

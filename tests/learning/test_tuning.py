@@ -1,0 +1,224 @@
+"""Tuning: settings chosen on whole takes, and a report that claims what was measured."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from evastudio.demonstrations.pairs import Pairs
+from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.learning.candidates import GRIDS, Candidate
+from evastudio.learning.holdout import take_folds
+from evastudio.learning.perceived import Perceived
+from evastudio.learning.policy import LEARNERS
+from evastudio.learning.trials import Examiner, Trial, choose, is_better
+from evastudio.learning.tuning import tune
+from evastudio.world.scene import Percept, Perception, Scene
+from evastudio.world.snapshot import Snapshot
+from evastudio.world.spaces import Array, Box
+from evastudio.world.spaces import Field as Component
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(4)
+
+
+@pytest.fixture(scope="session")
+def scene(asteroids: Callable[..., Scene]) -> Scene:
+    return asteroids()
+
+
+def shown(
+    rng: np.random.Generator,
+    rule: Callable[[Array], Array],
+    takes: int = 8,
+    each: int = 60,
+    noise: float = 0.02,
+) -> Pairs:
+    """Takes of states in a square answered by `rule`, with a little noise."""
+    count = takes * each
+    states = rng.uniform(-1.0, 1.0, (count, 2))
+    actions = 0.05 * (rule(states) + noise * rng.normal(size=(count, 2)))
+    numbers = np.repeat(np.arange(takes) * 3 + 1, each)
+    return Pairs(states, actions, numbers, np.tile(np.arange(each), takes))
+
+
+def smooth(states: Array) -> Array:
+    return np.stack([np.sin(2.0 * states[:, 0]), states.sum(axis=1) / 2.0], axis=1)
+
+
+def checkerboard(states: Array) -> Array:
+    field = np.sign(np.sin(9.0 * states[:, 0]) * np.sin(9.0 * states[:, 1]))
+    return np.stack([field, -field], axis=1)
+
+
+def unknowable(states: Array) -> Array:
+    return np.zeros_like(states)
+
+
+def test_a_smooth_mapping_gets_the_smooth_learner(rng: np.random.Generator, scene: Scene) -> None:
+    report = tune(shown(rng, smooth), scene)
+    assert report.chosen.learner == report.recommended == "svr"
+    assert report.roughness is not None
+    assert report.roughness < 1.0
+    assert report.beats_constant
+    assert report.beats_linear
+    assert report.error < report.linear < report.constant
+    assert "Smooth suits them" in " ".join(report.sentences)
+
+
+def test_a_rough_mapping_gets_the_nearest_neighbours(
+    rng: np.random.Generator, scene: Scene
+) -> None:
+    report = tune(shown(rng, checkerboard, each=150), scene)
+    assert report.chosen.learner == report.recommended == "knn"
+    assert report.roughness is not None
+    assert report.roughness > 1.0
+    assert report.more_would_help
+    assert "Exact suits them" in " ".join(report.sentences)
+
+
+def test_where_nothing_can_be_learned_the_defaults_stay_and_the_report_says_so(
+    rng: np.random.Generator, scene: Scene
+) -> None:
+    report = tune(shown(rng, unknowable), scene)
+    assert report.chosen == Candidate("svr")
+    assert not report.beats_constant
+    assert not report.more_would_help
+    assert "not reliably closer" in report.sentences[0]
+
+
+def test_the_report_repeats_whatever_the_number_of_threads(
+    rng: np.random.Generator, scene: Scene
+) -> None:
+    pairs = shown(rng, smooth, takes=5, each=30)
+    once, again = (tune(pairs, scene, n_jobs=jobs).to_json() for jobs in (1, 2))
+    assert once == again
+    assert json.loads(json.dumps(once)) == once
+
+
+def test_two_takes_suffice_and_one_does_not(rng: np.random.Generator, scene: Scene) -> None:
+    report = tune(shown(rng, smooth, takes=2), scene)
+    assert report.chosen.learner in LEARNERS
+    assert set(report.by_take) == {1, 4}
+    assert any("only 2 takes" in sentence for sentence in report.sentences)
+    with pytest.raises(InvalidInputError, match="only one take"):
+        tune(shown(rng, smooth, takes=1), scene)
+    with pytest.raises(InvalidInputError, match="only 5 pairs to learn from"):
+        tune(shown(rng, smooth, takes=2, each=5), scene)
+
+
+def test_one_learner_can_be_tuned_alone_and_only_one_that_exists(
+    rng: np.random.Generator, scene: Scene
+) -> None:
+    pairs = shown(rng, smooth, takes=4, each=30)
+    report = tune(pairs, scene, "knn")
+    assert {row.candidate.learner for row in report.trials} == {"knn"}
+    assert report.roughness is None
+    with pytest.raises(NotFoundError, match="auto"):
+        tune(pairs, scene, "oracle")
+
+
+def test_every_grid_holds_the_defaults() -> None:
+    for learner, grid in GRIDS.items():
+        if learner in LEARNERS:
+            usual = LEARNERS[learner]().get_params()
+            for setting, values in grid.items():
+                assert usual[setting] in values
+
+
+def test_conflicts_are_looked_for_among_the_takes_learned_from_only(
+    rng: np.random.Generator, scene: Scene
+) -> None:
+    """A take that contradicts all the others is a conflict to them, but does not make them one."""
+    pairs = shown(rng, smooth, takes=4, noise=0.0)
+    wild = pairs.takes == 1
+    pairs.actions[wild] *= -3.0
+    seen = []
+    examiner = Examiner(pairs, scene, n_jobs=1, progress=lambda share, doing: seen.append(share))
+    (trial,) = examiner.run([Candidate("knn", threshold=0.3)])
+    assert seen == [1.0]
+    by_take = trial.held_out.by_take
+    assert by_take[1] > 2 * by_take[4]
+    for held, used in zip(
+        examiner.folds, (examiner._used(0.3, fold) for fold in range(4)), strict=True
+    ):
+        assert used is not None
+        assert not used[held].any()
+        if held[wild].all():
+            assert used[~held].all()
+    assert len(trial.wrong) == len(pairs)
+
+
+def trial(candidate: Candidate, wrong: Array, takes: Array) -> Trial:
+    return Trial(candidate, wrong, takes.astype(np.int64), False)
+
+
+def test_settings_leave_their_defaults_only_where_the_takes_agree(
+    rng: np.random.Generator,
+) -> None:
+    takes = np.repeat(np.arange(6), 100)
+    usual = trial(Candidate("svr"), np.full(600, 1.0), takes)
+    lucky = trial(Candidate("svr", {"C": 3.0}), np.where(takes == 0, 0.2, 1.0), takes)
+    steady = trial(Candidate("svr", {"C": 100.0}), np.full(600, 0.9) + takes / 1e3, takes)
+    little = trial(Candidate("svr", {"C": 10.0}), np.full(600, 0.999) - takes / 1e6, takes)
+    assert lucky.wrong.mean() < steady.wrong.mean() + 0.1
+    assert choose([usual, lucky, little]) is usual
+    assert choose([usual, steady]) is steady
+    assert choose([usual, usual, little]) is usual
+
+
+def test_a_gain_on_a_few_slips_alone_does_not_count() -> None:
+    takes = np.repeat(np.arange(6), 100)
+    slips = np.tile(np.arange(100) < 5, 6)
+    usual = trial(Candidate("svr"), np.where(slips, 20.0, 0.1), takes)
+    other = trial(Candidate("svr", {"C": 3.0}), np.where(slips, 15.0, 0.2), takes)
+    assert other.wrong.mean() < usual.wrong.mean()
+    assert not is_better(usual, other)
+
+
+class Turned(Perception):
+    """Sees the same with noise, and gives actions the other way round."""
+
+    name = "turned"
+    summary = ""
+    state = Box((Component("x", "", -9.0, 9.0), Component("y", "", -9.0, 9.0)))
+
+    def perceive(self, snapshot: Snapshot) -> Percept:
+        raise NotImplementedError
+
+    def to_world(self, frame: Array, actions: Array) -> Array:
+        return actions * frame
+
+
+class Clear(Turned):
+    name = "clear"
+
+
+def test_another_perception_is_named_where_it_tells_more(
+    rng: np.random.Generator, scene: Scene
+) -> None:
+    pairs = shown(rng, smooth)
+    sign = rng.choice([-1.0, 1.0], (len(pairs), 1))
+    blurred = pairs.states + 0.7 * rng.normal(size=pairs.states.shape)
+    turned = Pairs(blurred, pairs.actions * sign, pairs.takes, pairs.steps)
+    upright = Pairs(blurred, pairs.actions, pairs.takes, pairs.steps)
+    ones = np.ones((len(pairs), 1))
+    views = [Perceived(Turned(), upright, ones), Perceived(Clear(), pairs, ones)]
+    report = tune(upright, scene, "knn", views=views)
+    assert report.better_perception == "clear"
+    assert any("'clear' tells more" in sentence for sentence in report.sentences)
+    views = [Perceived(Clear(), pairs, ones), Perceived(Turned(), turned, sign)]
+    report = tune(pairs, scene, "knn", views=views)
+    assert report.better_perception is None
+    assert list(report.perceptions) == ["clear", "turned"]
+
+
+def test_takes_are_held_out_whole(rng: np.random.Generator) -> None:
+    pairs = shown(rng, smooth, takes=7)
+    for held in take_folds(pairs.takes):
+        assert not set(pairs.takes[held]) & set(pairs.takes[~held])
