@@ -192,7 +192,13 @@ def clean(
 @app.command()
 def fit(
     session: Annotated[str, typer.Argument(help="Id or name of a session.")],
-    learner: Annotated[str, typer.Option(help="svr (smooth) or knn (exact).")] = "svr",
+    learner: Annotated[
+        str | None,
+        typer.Option(
+            help="svr (smooth, the default), knn (exact), local-linear, sampled (as varied as "
+            "shown); voting where actions are symbols."
+        ),
+    ] = None,
     perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
     setting: Annotated[
         list[str] | None, typer.Option("--set", help="A setting of the learner, as name=value.")

@@ -62,6 +62,9 @@ class SceneOut(BaseModel):
     options: list[OptionOut]
     controls: list[ControlOut]
     action: list[FieldOut]
+    """Empty where the character chooses among symbols."""
+    symbols: list[str]
+    """What it chooses among; empty where its action is numbers."""
     perceptions: list[PerceptionOut]
 
 
@@ -116,7 +119,7 @@ class CleanIn(Model):
 
 
 class FitIn(Model):
-    learner: Name = "svr"
+    learner: Name | None = None
     perception: Name | None = None
     settings: dict[str, Any] = {}
     name: Annotated[str, Field(max_length=80)] | None = None

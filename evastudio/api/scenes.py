@@ -10,7 +10,7 @@ from evastudio.api.context import Studio
 from evastudio.api.models import ControlOut, FieldOut, OptionOut, Page, PerceptionOut, SceneOut
 from evastudio.live.headless import make_scene, scenes
 from evastudio.world.scene import Scene
-from evastudio.world.spaces import Box
+from evastudio.world.spaces import Box, Symbols
 
 router = APIRouter(prefix="/scenes", tags=["scenes"])
 
@@ -45,7 +45,8 @@ def _scene(scene: Scene) -> SceneOut:
             )
             for control in scene.controls
         ],
-        action=_fields(scene.action),
+        action=_fields(scene.action) if isinstance(scene.action, Box) else [],
+        symbols=list(scene.action.names) if isinstance(scene.action, Symbols) else [],
         perceptions=[
             PerceptionOut(name=view.name, summary=view.summary, state=_fields(view.state))
             for view in scene.perceptions.values()

@@ -10,9 +10,9 @@ from fastapi import APIRouter, status
 from evastudio.api.context import Studio
 from evastudio.api.models import CleanIn, FitIn, JobOut, Page, SessionIn, SessionOut, TakeOut
 from evastudio.demonstrations.records import SessionRecord
-from evastudio.errors import ConflictError, InvalidInputError, not_found
+from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.learning.catalog import checked_policy_name, policy_name_from
-from evastudio.learning.policy import LEARNERS
+from evastudio.learning.policy import find_learner
 from evastudio.live import headless
 
 router = APIRouter(tags=["sessions"])
@@ -86,17 +86,16 @@ def undo_cleaning(session: int, studio: Studio) -> SessionOut:
 def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
     """Fit a policy to the kept pairs, without marked conflicts; a job."""
     record = _need_pairs(session, studio)
-    if body.learner not in LEARNERS:
-        raise not_found("learner", body.learner, LEARNERS)
-    kind = headless.make_scene(studio.workspace, record.scene)
-    kind.perception(body.perception)
-    name = checked_policy_name(body.name or policy_name_from(f"{record.name} {body.learner}"))
+    scene = headless.make_scene(studio.workspace, record.scene)
+    scene.perception(body.perception)
+    learner = find_learner(body.learner, scene.action)
+    name = checked_policy_name(body.name or policy_name_from(f"{record.name} {learner}"))
     job = studio.jobs.submit(
         "fit",
         headless.fit,
         session,
         workspace=studio.workspace,
-        learner=body.learner,
+        learner=learner,
         perception=body.perception,
         settings=body.settings,
         name=name,

@@ -11,19 +11,15 @@ from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.learning.cleaning import Cleaning, Progress, silent
 from evastudio.learning.compiled import ensure_compiled, is_compiled
-from evastudio.learning.knn import KNNPolicy
-from evastudio.learning.policy import LEARNERS, Policy, fingerprint
-from evastudio.learning.svr import SVRPolicy
+from evastudio.learning.policy import LEARNERS, Policy, find_learner, fingerprint
 from evastudio.world.scene import Perception, Scene
-
-DEFAULT_LEARNER = "svr"
 
 
 def fit_policy(
     pairs: Pairs,
     scene: Scene,
     perception: str | Perception | None = None,
-    learner: str = DEFAULT_LEARNER,
+    learner: str | None = None,
     settings: Mapping[str, Any] | None = None,
     *,
     session: int | str | None = None,
@@ -37,13 +33,13 @@ def fit_policy(
 
     Where a `cleaning` of these pairs is given, its conflicts are left out first. `settings`
     replace some of the learner's defaults. `takes` are those of the pairs unless told otherwise.
+    Without a `learner`, actions of real numbers are learned by an SVR and symbols by votes.
     Raises NotFoundError for an unknown perception, learner or setting, InvalidInputError for
-    pairs or settings that cannot be used.
+    a learner, pairs or settings that cannot be used.
     """
     view = scene.perception(perception) if not isinstance(perception, Perception) else perception
-    if learner not in LEARNERS:
-        raise not_found("learner", learner, LEARNERS)
-    fitted: Any = LEARNERS[learner]()
+    learner = find_learner(learner, scene.action)
+    fitted = LEARNERS[learner]()
     for name, value in (settings or {}).items():
         if name not in fitted.get_params():
             raise not_found(f"setting of learner {learner!r}", name, fitted.get_params())
@@ -56,25 +52,17 @@ def fit_policy(
         )
     view.state.check(pairs.states, "states of the pairs")
     scene.action.check(pairs.actions, "actions of the pairs")
-    if isinstance(fitted, KNNPolicy):
-        fitted.check_settings()
-        if fitted.k > len(pairs):
-            raise InvalidInputError(
-                f"Every decision was to be made from k = {fitted.k} pairs, and there are only "
-                f"{len(pairs)}. Record more, or choose a smaller k."
-            )
+    fitted.check_settings()
     if not is_compiled():
         progress(0.0, "Getting ready, once on this machine: half a minute")
         ensure_compiled()
     progress(0.0, f"Fitting {len(pairs)} pairs")
-    if isinstance(fitted, SVRPolicy):
-        fitted.fit(
-            pairs.states,
-            pairs.actions,
-            progress=lambda share: progress(share, "Fitting the action"),
-        )
-    else:
-        fitted.fit(pairs.states, pairs.actions)
+    fitted.learn(
+        pairs.states,
+        pairs.actions,
+        scene.action,
+        lambda share: progress(share, "Fitting the action"),
+    )
     progress(1.0, "Fitted")
     if takes is None:
         takes = [int(take) for take in np.unique(pairs.takes)]
@@ -89,6 +77,7 @@ def fit_policy(
         session=session,
         takes=tuple(takes),
         cleaning=None if cleaning is None else cleaning.report(),
+        moments=np.stack([pairs.takes, pairs.steps], axis=1)[fitted.kept],
         made_by=made_by,
         created=created,
     )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Self
+from collections.abc import Callable
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,28 +17,12 @@ from evastudio.learning.checking import (
     checked_pairs,
     checked_states,
 )
+from evastudio.learning.learner import SMALLEST, Layout, Reasons, Stored, agreement
 from evastudio.learning.neighbors import Averaging, Indices, NeighborIndex, Way
 from evastudio.learning.scaling import Scaling
-from evastudio.world.spaces import Array
+from evastudio.world.spaces import Array, Box, Space, Symbols
 
 WEIGHTS = ("uniform", "distance")
-
-
-@dataclass(frozen=True)
-class Reasons:
-    """Why a learner decided as it did."""
-
-    pairs: Indices
-    """Indices of the pairs that a decision came from, nearest first, shape (queries, k)."""
-    distances: Array
-    """How far each of them is from the state asked about, standardised, shape (queries, k)."""
-    weights: Array | None = None
-    """How much each of them counted, shape (queries, k), rows summing to 1; None where a learner
-    does not weigh pairs."""
-    agreement: Array | None = None
-    """1 where all their actions are the same, 0 where they differ as the pairs at large do: one
-    minus the ratio of the weighted spread of their actions to that of all, not below 0;
-    shape (queries,)."""
 
 
 class NeighborLearner(BaseEstimator):  # type: ignore[misc]
@@ -46,6 +30,11 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
 
     Subclasses have a parameter `k` and say how `k` actions become one.
     """
+
+    acts_in: ClassVar[type[Box] | type[Symbols]] = Box
+    draws: ClassVar[bool] = False
+    most: ClassVar[int | None] = None
+    """The largest k that can be borne, where there is such."""
 
     k: int
     states_: Array
@@ -67,6 +56,12 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
         self.states_ = scaling.apply(states)
         self.actions_ = actions
         return self.prepare()
+
+    def learn(
+        self, states: Array, actions: Array, action: Space, progress: Callable[[float], None]
+    ) -> Self:
+        """As `fit`, for actions (pairs, m) in the space `action`; `progress` hears nothing."""
+        return self.fit(states, actions)
 
     def prepare(self, way: Way | None = None) -> Self:
         """Build the search tree from the fitted arrays; `fit` and loading a file call it."""
@@ -115,12 +110,8 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
         check_is_fitted(self)
         distances, pairs = self.nearest(checked_states(self, states))
         weights = self.weigh(distances)
-        actions = self.actions_[pairs]
-        mean = (weights[:, :, None] * actions).sum(axis=1, keepdims=True)
-        spread = (weights[:, :, None] * (actions - mean) ** 2).sum(axis=(1, 2))
-        at_large = float(((self.actions_ - self.actions_.mean(axis=0)) ** 2).sum(axis=1).mean())
-        share = np.sqrt(spread / at_large) if at_large > 0.0 else np.zeros(len(spread))
-        return Reasons(pairs, distances, weights, np.clip(1.0 - share, 0.0, 1.0))
+        agreed = agreement(self.actions_[pairs], weights, self.actions_)
+        return Reasons(pairs, distances, weights, agreed)
 
     def weigh(self, distances: Array) -> Array:
         """What each neighbour counts, (queries, k), rows summing to 1: here all the same."""
@@ -130,6 +121,34 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
         """Raise InvalidInputError for settings that mean nothing."""
         if not isinstance(self.k, (int, np.integer, float)) or self.k % 1 != 0 or self.k < 1:
             raise InvalidInputError(f"k is {self.k!r}; it must be a whole number from 1 on.")
+        if self.most is not None and self.k > self.most:
+            raise InvalidInputError(
+                f"k is {self.k!r}; more than {self.most} would make every decision slow and are "
+                "no neighbourhood any more."
+            )
+
+    @property
+    def kept(self) -> Indices:
+        """Which of the pairs it was fitted to it still has: all of them."""
+        return np.arange(len(self.states_))
+
+    def layouts(self) -> tuple[Layout, ...]:
+        """What a policy file holds of it."""
+        return (
+            {
+                "states": Stored(("pairs", "states")),
+                "actions": Stored(("pairs", "actions")),
+                "offset": Stored(("states",)),
+                "scale": Stored(("states",), low=SMALLEST),
+            },
+        )
+
+    def check_fitted(self) -> None:
+        """Raise InvalidInputError where fitted arrays of the right shapes do not fit together."""
+        if self.k > len(self.states_):
+            raise InvalidInputError(
+                f"it decides from k={self.k} pairs and holds {len(self.states_)}"
+            )
 
 
 class Averaged(NeighborLearner):

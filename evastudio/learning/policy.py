@@ -10,13 +10,42 @@ from typing import Any
 import numpy as np
 
 from evastudio.demonstrations.pairs import Pairs
+from evastudio.errors import InvalidInputError, not_found
 from evastudio.learning.knn import KNNPolicy
+from evastudio.learning.learner import Indices, Learner, Reasons
+from evastudio.learning.local_linear import LocalLinearPolicy
+from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
-from evastudio.world.spaces import Array, Box
+from evastudio.learning.voting import VotingKNNPolicy
+from evastudio.world.spaces import Array, Box, Space
 
-Learner = KNNPolicy | SVRPolicy
+LEARNERS: Mapping[str, type[Learner]] = {
+    "svr": SVRPolicy,
+    "knn": KNNPolicy,
+    "local-linear": LocalLinearPolicy,
+    "sampled": SampledKNNPolicy,
+    "voting": VotingKNNPolicy,
+}
+"""By the name users know them by; the first that fits a scene's actions is its default."""
 
-LEARNERS: Mapping[str, type[KNNPolicy] | type[SVRPolicy]] = {"svr": SVRPolicy, "knn": KNNPolicy}
+
+def find_learner(name: str | None, action: Space) -> str:
+    """The learner of that name, or the default for an `action` of this kind.
+
+    Raises NotFoundError for an unknown name, InvalidInputError for one that learns another kind.
+    """
+    fitting = [known for known, kind in LEARNERS.items() if isinstance(action, kind.acts_in)]
+    if name is None:
+        return fitting[0]
+    if name not in LEARNERS:
+        raise not_found("learner", name, LEARNERS)
+    if name not in fitting:
+        what = "numbers" if isinstance(action, Box) else "one of a set of symbols"
+        raise InvalidInputError(
+            f"Learner {name!r} cannot learn this character's action, which is {what}; choose "
+            f"{' or '.join(fitting)}."
+        )
+    return name
 
 
 @dataclass(frozen=True)
@@ -31,7 +60,7 @@ class Policy:
     """Name of the perception its states come from."""
     state: Box
     """The state it expects, field by field."""
-    action: Box
+    action: Space
     """The action it gives, field by field, before the perception turns it to the world's frame."""
     pairs: int
     """How many pairs it was fitted to."""
@@ -47,6 +76,9 @@ class Policy:
     """Report of an evaluation; None where there was none."""
     made_by: str = ""
     """The command that makes it again."""
+    moments: Indices | None = None
+    """Take and decision step of each pair that the learner keeps, shape (kept, 2): what `pairs`
+    of its reasons lead to. None in files that do not have it."""
     created: str = ""
     """When, ISO 8601; given by whoever fitted it."""
     extra: Mapping[str, Any] = field(default_factory=dict)
@@ -54,7 +86,7 @@ class Policy:
 
     @property
     def learner_name(self) -> str:
-        """The name users know the learner by: svr, knn."""
+        """The name users know the learner by, as in `LEARNERS`."""
         return next(name for name, kind in LEARNERS.items() if type(self.learner) is kind)
 
     @property
@@ -70,12 +102,23 @@ class Policy:
     def scene_version(self) -> int:
         return int(self.scene["version"])
 
-    def act_states(self, states: Array) -> Array:
+    def act_states(self, states: Array, rng: np.random.Generator | None = None) -> Array:
         """Actions (rows, m) in the character's own frame for states (rows, n).
+
+        A learner that draws takes its luck from `rng`; without it, it gives what was shown most
+        often. Raises InvalidInputError for another width, NaN or infinities.
+        """
+        good = self.state.check(states, "states")
+        if rng is None or not self.learner.draws:
+            return self.learner.decide(good)
+        return self.learner.decide(good, rng.random(len(good)))
+
+    def explain(self, states: Array) -> Reasons:
+        """Why it decides as it does for states (rows, n); `moments` tells when that was shown.
 
         Raises InvalidInputError for another width, NaN or infinities.
         """
-        return self.learner.decide(self.state.check(states, "states"))
+        return self.learner.explain(self.state.check(states, "states"))
 
     def describe(self) -> dict[str, Any]:
         """All but the numbers of the learner, as JSON holds it."""

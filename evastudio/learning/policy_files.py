@@ -1,9 +1,9 @@
 """Policy files: one `.safetensors` file, arrays and a JSON header. Never a pickle.
 
 The header's one metadata entry `evastudio` holds the JSON of `Policy.describe()` with the format
-version and the state and action fields. Arrays are float64 (indices int64), those of a compact
-SVR narrower. The file is read here, and not by a library, because every byte of a foreign file
-must be checked before use.
+version and the state and action. Each learner says which arrays it needs and how they are written
+(`Learner.layouts`); `moments` may stand beside them. The file is read here, and not by a library,
+because every byte of a foreign file must be checked before use.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -21,41 +20,20 @@ from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from evastudio.errors import InvalidInputError, StorageError
-from evastudio.learning.knn import KNNPolicy
-from evastudio.learning.policy import LEARNERS, Learner, Policy
-from evastudio.learning.svr import SVRPolicy
+from evastudio.learning.learner import LARGEST, Indices, Layout, Learner, Stored
+from evastudio.learning.policy import LEARNERS, Policy
 from evastudio.world.snapshot import AnyArray
-from evastudio.world.spaces import Box, Field
+from evastudio.world.spaces import Box, Field, Space, Symbols
 
-FORMAT = 2
-"""Raised whenever older readers could not make sense of a file. 2 added the SVR's `bases`."""
-READABLE = (1, FORMAT)
+FORMAT = 3
+"""Raised whenever older readers could not make sense of a file. 2 added the SVR's `bases`; 3
+symbols, more learners, the pairs of an SVR and the moments that pairs were shown at."""
+READABLE = (1, 2, FORMAT)
 KEY = "evastudio"
 SUFFIX = ".safetensors"
+MOMENTS = "moments"
 MAX_HEADER = 16_000_000
 MAX_FILE = 2_000_000_000
-LARGEST = 1e60
-"""No number of a policy is beyond this, so that no decision overflows."""
-
-ARRAYS: Mapping[str, tuple[str, ...]] = {
-    "knn": ("states_", "actions_", "offset_", "scale_"),
-    "svr": (
-        "support_",
-        "support_vectors_",
-        "coefficients_",
-        "intercept_",
-        "offset_",
-        "scale_",
-    ),
-}
-"""The fitted attributes that make each learner whole."""
-
-NARROW: Mapping[str, type[np.generic]] = {
-    "support": np.int32,
-    "support_vectors": np.float16,
-    "coefficients": np.float32,
-}
-"""How a compact SVR is stored; it is made of numbers that lose nothing by it."""
 
 
 def save_policy(policy: Policy, path: str | Path) -> Path:
@@ -67,14 +45,20 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
     header = {
         "format": FORMAT,
         **policy.describe(),
-        "state": _fields_out(policy.state),
-        "action": _fields_out(policy.action),
+        "state": _space_out(policy.state),
+        "action": _space_out(policy.action),
     }
-    arrays = {}
-    for name in ARRAYS[policy.learner_name]:
-        key = name.rstrip("_")
-        dtype = _stored_as(policy.learner, key)
-        arrays[key] = np.ascontiguousarray(getattr(policy.learner, name), dtype=dtype)
+    learner = policy.learner
+    layout = next(
+        one for one in learner.layouts() if all(hasattr(learner, key + "_") for key in one)
+    )
+    arrays = {
+        key: np.ascontiguousarray(getattr(learner, key + "_"), dtype=stored.dtype)
+        for key, stored in layout.items()
+    }
+    if policy.moments is not None:
+        narrow = np.min_scalar_type(int(policy.moments.max(initial=0)))
+        arrays[MOMENTS] = np.ascontiguousarray(policy.moments, dtype=narrow)
     data = save(arrays, {KEY: json.dumps(header, allow_nan=False)})
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -94,13 +78,6 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
             "exists, has room and may be written to."
         ) from None
     return path
-
-
-def _stored_as(learner: Learner, key: str) -> type[np.generic]:
-    """The kind of number that array `key` of `learner` is stored as."""
-    if isinstance(learner, SVRPolicy) and learner.bases is not None and key in NARROW:
-        return NARROW[key]
-    return np.int64 if key == "support" else np.float64
 
 
 def load_policy(path: str | Path) -> Policy:
@@ -174,7 +151,9 @@ def _header(path: Path, data: bytes) -> dict[str, Any]:
 
 
 def _policy(header: dict[str, Any], arrays: dict[str, AnyArray]) -> Policy:
-    state, action = _fields_in(header["state"]), _fields_in(header["action"])
+    state, action = _space_in(header["state"]), _space_in(header["action"])
+    if not isinstance(state, Box):
+        raise InvalidInputError("its state is not made of numbers")
     scene = header["scene"]
     if not isinstance(scene["name"], str) or not isinstance(scene["version"], int):
         raise InvalidInputError("the scene it names has no name or version")
@@ -184,11 +163,15 @@ def _policy(header: dict[str, Any], arrays: dict[str, AnyArray]) -> Policy:
     for name in ("perception", "fingerprint", "made_by", "created"):
         if not isinstance(header[name], str):
             raise InvalidInputError(f"its entry {name!r} is not text")
+    if not isinstance(header["session"], int | str | None):
+        raise InvalidInputError("its entry 'session' is no number or name")
     for name in ("cleaning", "evaluation"):
         if header[name] is not None and not isinstance(header[name], dict):
             raise InvalidInputError(f"its entry {name!r} is not a report")
+    moments = arrays.pop(MOMENTS, None)
+    learner = _learner(header, arrays, state, action)
     return Policy(
-        learner=_learner(header, arrays, state.size, action.size),
+        learner=learner,
         scene=scene,
         perception=header["perception"],
         state=state,
@@ -199,6 +182,7 @@ def _policy(header: dict[str, Any], arrays: dict[str, AnyArray]) -> Policy:
         takes=takes,
         cleaning=header["cleaning"],
         evaluation=header["evaluation"],
+        moments=None if moments is None else _moments(moments, len(learner.kept)),
         made_by=header["made_by"],
         created=header["created"],
         extra=dict(header["extra"]),
@@ -206,54 +190,69 @@ def _policy(header: dict[str, Any], arrays: dict[str, AnyArray]) -> Policy:
 
 
 def _learner(
-    header: dict[str, Any], arrays: dict[str, AnyArray], states: int, actions: int
+    header: dict[str, Any], arrays: dict[str, AnyArray], state: Box, action: Space
 ) -> Learner:
     """The learner as it was fitted, every array checked for shape and finite values."""
     name = header["learner"]
     if name not in LEARNERS:
         raise InvalidInputError(f"its learner {name!r} is not known here")
-    learner: Any = LEARNERS[name]()
+    learner = LEARNERS[name]()
+    if not isinstance(action, learner.acts_in):
+        raise InvalidInputError(f"its learner {name!r} cannot give such an action")
     settings = dict(header["settings"])
     if header["format"] == 1 and name == "svr":
         settings.setdefault("bases", None)
     if set(settings) != set(learner.get_params()):
         raise InvalidInputError("its settings are not those of its learner")
     learner.set_params(**settings)
-    wanted = {attribute.rstrip("_") for attribute in ARRAYS[name]}
-    if set(arrays) != wanted:
-        raise InvalidInputError(f"it holds the arrays {sorted(arrays)}, not {sorted(wanted)}")
-    for key, array in arrays.items():
-        if array.dtype != _stored_as(learner, key):
-            raise InvalidInputError(f"its array {key!r} holds {array.dtype} numbers")
-        wide = array.astype(np.int64 if key == "support" else np.float64)
-        if not (np.abs(wide) < LARGEST).all():
-            raise InvalidInputError(f"its array {key!r} holds values that make no sense")
-        setattr(learner, key + "_", wide)
-    rows = len(arrays["states" if name == "knn" else "support_vectors"])
-    shapes: dict[str, tuple[int, ...]] = {"offset": (states,), "scale": (states,)}
-    shapes |= {"intercept": (actions,)}
-    shapes |= {"states": (rows, states), "actions": (rows, actions), "support": (rows,)}
-    shapes |= {"support_vectors": (rows, states), "coefficients": (rows, actions)}
-    for key, array in arrays.items():
-        if array.shape != shapes[key]:
-            raise InvalidInputError(
-                f"its array {key!r} has shape {array.shape}, expected {shapes[key]}"
-            )
-    if not (arrays["scale"] > 1.0 / LARGEST).all():
-        raise InvalidInputError("its standardisation divides by zero")
-    if isinstance(learner, KNNPolicy):
-        learner.check_settings()
-        if learner.k > rows:
-            raise InvalidInputError(f"it decides from {learner.k} pairs and holds {rows}")
-    if isinstance(learner, SVRPolicy):
-        learner.check_settings()
-    learner.n_features_in_ = states
+    learner.check_settings()
+    sizes = {"states": state.size, "actions": len(action.names)}
+    for key, stored in _layout(learner, arrays).items():
+        setattr(learner, key + "_", _checked(key, arrays[key], stored, sizes))
+    learner.check_fitted()
+    learner.n_features_in_ = state.size
     learner.flat_ = False
-    learner.prepare()
-    return learner  # type: ignore[no-any-return]
+    return learner.prepare()
 
 
-def _fields_out(box: Box) -> list[dict[str, Any]]:
+def _layout(learner: Learner, arrays: dict[str, AnyArray]) -> Layout:
+    """Which of the layouts of `learner` the arrays are."""
+    for layout in learner.layouts():
+        if set(layout) == set(arrays):
+            return layout
+    raise InvalidInputError(
+        f"it holds the arrays {sorted(arrays)}, not {sorted(learner.layouts()[0])}"
+    )
+
+
+def _checked(key: str, array: AnyArray, stored: Stored, sizes: dict[str, int]) -> AnyArray:
+    """`array`, widened; `sizes` learns the count of every axis that it is the first to have."""
+    if array.dtype != stored.dtype:
+        raise InvalidInputError(f"its array {key!r} holds {array.dtype} numbers")
+    if array.size * 8 > MAX_FILE:
+        raise InvalidInputError(f"its array {key!r} is too large")
+    if array.ndim == len(stored.shape):
+        for axis, count in zip(stored.shape, array.shape, strict=True):
+            sizes.setdefault(axis, count)
+    expected = tuple(sizes[axis] for axis in stored.shape if axis in sizes)
+    if array.shape != expected:
+        raise InvalidInputError(f"its array {key!r} has shape {array.shape}, expected {expected}")
+    wide = array.astype(np.int64 if np.issubdtype(array.dtype, np.signedinteger) else np.float64)
+    if not ((wide >= stored.low) & (wide <= LARGEST)).all():
+        raise InvalidInputError(f"its array {key!r} holds values that make no sense")
+    return wide
+
+
+def _moments(array: AnyArray, count: int) -> Indices:
+    """Take and step of `count` pairs."""
+    if not np.issubdtype(array.dtype, np.unsignedinteger) or array.shape != (count, 2):
+        raise InvalidInputError(f"its {MOMENTS} are not a take and a step for each of its pairs")
+    return array.astype(np.int64)
+
+
+def _space_out(space: Space) -> Any:
+    if isinstance(space, Symbols):
+        return {"symbols": list(space.names)}
     return [
         {
             "name": field.name,
@@ -261,11 +260,13 @@ def _fields_out(box: Box) -> list[dict[str, Any]]:
             "low": field.low if math.isfinite(field.low) else None,
             "high": field.high if math.isfinite(field.high) else None,
         }
-        for field in box.fields
+        for field in space.fields
     ]
 
 
-def _fields_in(entries: Any) -> Box:
+def _space_in(entries: Any) -> Space:
+    if isinstance(entries, dict):
+        return Symbols(tuple(entries["symbols"]))
     fields = []
     for entry in entries:
         name, unit, low, high = entry["name"], entry["unit"], entry["low"], entry["high"]

@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from sklearn.base import BaseEstimator, RegressorMixin, clone
 from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.bumps import Bumps
-from evastudio.learning.checking import checked_pairs, checked_states, positive
+from evastudio.learning.checking import (
+    checked_actions,
+    checked_indices,
+    checked_pairs,
+    checked_states,
+    positive,
+)
 from evastudio.learning.compact import compact_form
 from evastudio.learning.dual import solve_dual
-from evastudio.learning.neighbor_learner import Reasons
+from evastudio.learning.learner import SMALLEST, Indices, Layout, Reasons, Stored, agreement
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.scaling import Scaling
-from evastudio.world.spaces import Array
+from evastudio.world.spaces import Array, Box, Space, Symbols
+
+MOST_BASES = 2048
+"""More bases are no compact form, and choosing them would take gigabytes."""
+NEIGHBORS = 5
+"""How many demonstrations an explanation names."""
+PAIRS = ("states", "actions", "duals", "middle", "half")
+"""What a compact form goes without."""
 
 
 class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -50,9 +64,15 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     coefficients_ : ndarray of shape (n_support, n_actions), in units of the action
     intercept_ : ndarray of shape (n_actions,)
     offset_, scale_ : ndarray of shape (n_states,), the standardisation
+    states_, actions_ : the pairs, standardised states and actions as given; not of a compact form
+    duals_ : ndarray of shape (n_pairs, n_actions), their weights in [-C, C], mostly zero
+    middle_, half_ : ndarray of shape (n_actions,), the range of the actions fitted to
 
     Raises InvalidInputError for no pairs, NaN, wrong shapes, and settings not above zero.
     """
+
+    acts_in: ClassVar[type[Box] | type[Symbols]] = Box
+    draws: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -84,26 +104,81 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         states, actions = checked_pairs(self, states, actions)
         scaling = Scaling.of(states)
         self.offset_, self.scale_ = scaling.offset, scaling.scale
-        scaled = scaling.apply(states)
         half = (actions.max(axis=0) - actions.min(axis=0)) / 2
-        half = np.where(half > 0, half, 1.0)
-        middle = (actions.max(axis=0) + actions.min(axis=0)) / 2
+        self.half_ = np.where(half > 0, half, 1.0)
+        self.middle_ = (actions.max(axis=0) + actions.min(axis=0)) / 2
+        self._settle(scaling.apply(states), actions, None, progress)
+        self.prepare()
+        if self.bases is not None:
+            self._take_compact_form(states, self.bases, self.decide(states))
+            self.prepare()
+        return self
+
+    def learn(
+        self, states: Array, actions: Array, action: Space, progress: Callable[[float], None]
+    ) -> Self:
+        """As `fit`, for actions (pairs, m) in the space `action`."""
+        return self.fit(states, actions, progress=progress)
+
+    def add_pairs(self, states: Any, actions: Any) -> Self:
+        """Learn more pairs: states (more, n), actions (more, m), or (more,) where fitted so.
+
+        The solver goes on from where it was, and ends where a fit to all the pairs would with the
+        same standardisation and range of the actions. Raises InvalidInputError for a policy that
+        keeps no pairs: one of compact form, or read from a file of format 2.
+        """
+        self._need_pairs()
+        scaled = self._scaling.apply(checked_states(self, states))
+        more = checked_actions(actions, len(scaled), self.actions_.shape[1])
+        start = np.concatenate([self.duals_, np.zeros(more.shape)])
+        self._settle(
+            np.concatenate([self.states_, scaled]), np.concatenate([self.actions_, more]), start
+        )
+        return self.prepare()
+
+    def remove_pairs(self, pairs: ArrayLike) -> Self:
+        """Forget the pairs of these indices into `states_`; otherwise as `add_pairs`.
+
+        Raises InvalidInputError for indices that are none, and where no pair would be left.
+        """
+        self._need_pairs()
+        gone = checked_indices(pairs, len(self.states_))
+        if len(gone) == len(self.states_):
+            raise InvalidInputError(f"Removing all {len(gone)} pairs leaves none to learn from.")
+        states, actions, start = (
+            np.delete(array, gone, axis=0) for array in (self.states_, self.actions_, self.duals_)
+        )
+        self._settle(states, actions, _balanced(start, float(self.C)))
+        return self.prepare()
+
+    def _need_pairs(self) -> None:
+        check_is_fitted(self)
+        if not hasattr(self, "duals_"):
+            raise InvalidInputError(
+                "This policy keeps no demonstrations to add to or take from: it has a compact "
+                "form, or an older file. Fit it again from its session, all bases kept."
+            )
+
+    def _settle(
+        self,
+        states: Array,
+        actions: Array,
+        start: Array | None,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        """Fit to standardised `states`; `start` are weights to begin with."""
         solution = solve_dual(
-            scaled,
-            (actions - middle) / half,
+            states,
+            (actions - self.middle_) / self.half_,
             C=float(self.C),
             epsilon=float(self.epsilon),
             gamma=float(self.gamma),
             megabytes=float(self.cache_mb),
+            start=start,
             watch=progress,
         )
-        self.intercept_ = solution.intercepts * half + middle
-        self.support_ = np.flatnonzero((solution.weights != 0).any(axis=1))
-        self.support_vectors_ = scaled[self.support_]
-        self.coefficients_ = solution.weights[self.support_] * half
-        if self.bases is not None:
-            self._take_compact_form(states, self.bases)
-        return self.prepare()
+        self.states_, self.actions_, self.duals_ = states, actions, solution.weights
+        self.intercept_ = solution.intercepts * self.half_ + self.middle_
 
     def compact(self, states: Any, bases: int = 256) -> SVRPolicy:
         """This fitted policy with at most `bases` bumps, chosen among and refitted on `states`.
@@ -117,20 +192,24 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         for name in ("n_features_in_", "feature_names_in_", "flat_"):
             if hasattr(self, name):
                 setattr(smaller, name, getattr(self, name))
-        for name in ("offset_", "scale_", "support_", "support_vectors_"):
-            setattr(smaller, name, getattr(self, name))
-        smaller.coefficients_, smaller.intercept_ = self.coefficients_, self.intercept_
-        smaller._take_compact_form(states, bases)
+        smaller.offset_, smaller.scale_ = self.offset_, self.scale_
+        smaller._take_compact_form(states, bases, self.decide(states))
         return smaller.prepare()
 
-    def _take_compact_form(self, states: Array, bases: int) -> None:
-        answers = self.prepare().decide(states)
-        form = compact_form(self._scaling.apply(states), answers, float(self.gamma), int(bases))
+    def _take_compact_form(self, states: Array, bases: int, answers: Array) -> None:
+        scaled = Scaling(self.offset_, self.scale_).apply(states)
+        form = compact_form(scaled, answers, float(self.gamma), int(bases))
         self.support_, self.support_vectors_ = form.chosen, form.vectors
         self.coefficients_, self.intercept_ = form.weights, form.intercept
+        for name in PAIRS:
+            self.__dict__.pop(name + "_", None)
 
     def prepare(self) -> Self:
         """Get ready to `decide` by the fitted arrays; `fit` and loading a file call it."""
+        if hasattr(self, "duals_"):
+            self.support_ = np.flatnonzero((self.duals_ != 0.0).any(axis=1))
+            self.support_vectors_ = self.states_[self.support_]
+            self.coefficients_ = self.duals_[self.support_] * self.half_
         self._scaling = Scaling(self.offset_, self.scale_)
         self._bumps = Bumps(
             self.support_vectors_,
@@ -157,20 +236,82 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         positive(self, C=self.C, epsilon=self.epsilon, gamma=self.gamma, cache_mb=self.cache_mb)
         bases = self.bases
         numeric = isinstance(bases, (int, float, np.number))
-        if bases is not None and (not numeric or bases % 1 != 0 or bases < 1):
+        if bases is not None and (not numeric or bases % 1 != 0 or not 1 <= bases <= MOST_BASES):
             raise InvalidInputError(
-                f"bases is {bases!r}; it must be a whole number from 1 on, or None for all."
+                f"bases is {bases!r}; it must be a whole number from 1 to {MOST_BASES}, or None "
+                "for all."
             )
 
-    def explain(self, states: Any) -> Reasons:
-        """The support pair nearest to each state, as an index into the fitted pairs, and how far.
+    @property
+    def kept(self) -> Indices:
+        """Which of the pairs it was fitted to it still has: all, or those that became bases."""
+        return np.arange(len(self.states_)) if hasattr(self, "duals_") else self.support_
 
-        Pairs that did not become support vectors are not kept, so the nearest pair of all may be
-        nearer than this.
+    def layouts(self) -> tuple[Layout, ...]:
+        """What a policy file can hold of it: its pairs, or of a compact form the bases alone."""
+        scaling = {
+            "intercept": Stored(("actions",)),
+            "offset": Stored(("states",)),
+            "scale": Stored(("states",), low=SMALLEST),
+        }
+        if self.bases is not None:
+            return ({**_bases(np.int32, np.float16, np.float32), **scaling},)
+        pairs = {
+            "states": Stored(("pairs", "states")),
+            "actions": Stored(("pairs", "actions")),
+            "duals": Stored(("pairs", "actions")),
+            "middle": Stored(("actions",)),
+            "half": Stored(("actions",), low=SMALLEST),
+        }
+        return ({**pairs, **scaling}, {**_bases(np.int64, np.float64, np.float64), **scaling})
+
+    def check_fitted(self) -> None:
+        """Fitted arrays of the right shapes fit together."""
+
+    def explain(self, states: Any) -> Reasons:
+        """The nearest demonstrations, their kernel values, and whether they agree.
+
+        An SVR decides from all its bases at once, the nearer the more; the five nearest of the
+        pairs fitted tell what was shown here. One of compact form has kept no pairs: its bases
+        stand where pairs were, spread over the states, so the nearest pair may be nearer than the
+        nearest base, and what was demonstrated there is not known.
         """
         check_is_fitted(self)
+        asked = self._scaling.apply(checked_states(self, states))
+        whole = hasattr(self, "duals_")
         if self._index is None:
-            self._index = NeighborIndex(self.support_vectors_)
-        scaled = self._scaling.apply(checked_states(self, states))
-        distances, nearest = self._index.nearest(scaled, 1)
-        return Reasons(self.support_[nearest], distances)
+            self._index = NeighborIndex(self.states_ if whole else self.support_vectors_)
+        count = min(NEIGHBORS, len(self._index))
+        if count == 0:
+            nothing = np.empty((len(asked), 0))
+            return Reasons(nothing.astype(np.int64), nothing, nothing, None)
+        distances, nearest = self._index.nearest(asked, count)
+        kernel = np.exp(-float(self.gamma) * (distances**2 - distances[:, :1] ** 2))
+        weights = kernel / kernel.sum(axis=1, keepdims=True)
+        agreed = agreement(self.actions_[nearest], weights, self.actions_) if whole else None
+        return Reasons(nearest, distances, weights, agreed)
+
+
+def _bases(
+    index: type[np.generic], vector: type[np.generic], weight: type[np.generic]
+) -> dict[str, Stored]:
+    return {
+        "support": Stored(("bases",), index, low=0.0),
+        "support_vectors": Stored(("bases", "states"), vector),
+        "coefficients": Stored(("bases", "actions"), weight),
+    }
+
+
+def _balanced(duals: Array, C: float) -> Array:  # noqa: N803 - the literature's name
+    """`duals` (pairs, m) in the box, with what is missing for sums of zero laid on some of them."""
+    duals = np.clip(duals, -C, C)
+    for column in duals.T:
+        missing = -column.sum()
+        room = (C - column) if missing > 0.0 else (column + C)
+        room = (
+            np.where(column != 0.0, room, 0.0) if room[column != 0.0].sum() > abs(missing) else room
+        )
+        total = room.sum()
+        if total > 0.0:
+            column += missing * room / total
+    return duals

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from collections.abc import Callable
+from typing import Any, ClassVar, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from sklearn.base import ClassifierMixin
 from sklearn.utils import assert_all_finite
 from sklearn.utils.multiclass import check_classification_targets
@@ -12,9 +14,10 @@ from sklearn.utils.validation import check_is_fitted, column_or_1d
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.checking import checked_states
+from evastudio.learning.learner import Layout, Stored
 from evastudio.learning.neighbor_learner import Averaged
 from evastudio.world.snapshot import AnyArray
-from evastudio.world.spaces import Array
+from evastudio.world.spaces import Array, Box, Space, Symbols
 
 
 class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
@@ -37,12 +40,17 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
     Raises InvalidInputError for no pairs, NaN, wrong shapes, and `k` above the number of pairs.
     """
 
+    acts_in: ClassVar[type[Box] | type[Symbols]] = Symbols
+
     def __init__(self, k: int = 5, weights: str = "uniform") -> None:
         self.k = k
         self.weights = weights
 
-    def fit(self, states: Any, actions: Any = None) -> Self:
-        """Remember the pairs: states (pairs, n), symbols (pairs,)."""
+    def fit(self, states: Any, actions: Any = None, *, classes: ArrayLike | None = None) -> Self:
+        """Remember the pairs: states (pairs, n), symbols (pairs,).
+
+        `classes` are all the symbols there are, sorted, where not each of them was shown.
+        """
         if actions is None:
             raise InvalidInputError(
                 f"{type(self).__name__} requires y to be passed, but the target y is None: "
@@ -54,22 +62,31 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
             check_classification_targets(symbols)
         except ValueError as error:
             raise InvalidInputError(f"These symbols cannot be learned: {error}") from None
-        self.classes_, codes = np.unique(symbols, return_inverse=True)
-        return super().fit(states, np.eye(len(self.classes_))[codes])
+        known = np.unique(symbols if classes is None else np.asarray(classes))
+        ballots = self._ballots(symbols, known)
+        self.classes_ = known
+        return super().fit(states, ballots)
+
+    def learn(
+        self, states: Array, actions: Array, action: Space, progress: Callable[[float], None]
+    ) -> Self:
+        """As `fit`, for codes (pairs, 1) of the symbols of `action`."""
+        return self.fit(states, actions[:, 0], classes=np.arange(float(len(action.names))))
 
     def add_pairs(self, states: Any, actions: Any) -> Self:
         """Learn more pairs without fitting anew; their symbols must be known ones."""
         check_is_fitted(self)
-        symbols = np.asarray(actions)
-        known = np.isin(symbols, self.classes_)
-        if not known.all():
+        return super().add_pairs(states, self._ballots(np.ravel(actions), self.classes_))
+
+    def _ballots(self, symbols: AnyArray, known: AnyArray) -> Array:
+        """For each symbol a row with 1 in its column, shape (symbols, known)."""
+        unknown = ~np.isin(symbols, known)
+        if unknown.any():
             raise InvalidInputError(
-                f"The symbol {str(symbols[~known][0])!r} was not among those fitted "
-                f"({', '.join(map(str, self.classes_))}); fit anew to add one."
+                f"The symbol {str(symbols[unknown][0])!r} was not among those fitted "
+                f"({', '.join(map(str, known))}); fit anew to add one."
             )
-        return super().add_pairs(
-            states, np.eye(len(self.classes_))[np.searchsorted(self.classes_, symbols)]
-        )
+        return np.asarray(np.eye(len(known))[np.searchsorted(known, symbols)])
 
     def predict(self, states: Any) -> AnyArray:
         """Symbols (queries,) for states (queries, n)."""
@@ -84,6 +101,20 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
         return votes
 
     def decide(self, states: Array) -> Array:
-        """Codes of the symbols, (queries, 1), for states known to be good."""
+        """Codes of the symbols, their places in `classes_`, (queries, 1), for good states."""
         votes = self._index.average(states, self._rule, self._slots)
         return np.asarray(votes.argmax(axis=1)[:, None], dtype=np.float64)
+
+    def layouts(self) -> tuple[Layout, ...]:
+        """What a policy file holds of it."""
+        (layout,) = super().layouts()
+        ballots = Stored(("pairs", "actions"), np.uint8)
+        return ({**layout, "actions": ballots, "classes": Stored(("actions",))},)
+
+    def check_fitted(self) -> None:
+        """Raise InvalidInputError where fitted arrays of the right shapes do not fit together."""
+        super().check_fitted()
+        if not np.array_equal(self.classes_, np.arange(len(self.classes_))):
+            raise InvalidInputError("its symbols are not those of its action")
+        if not ((self.actions_ <= 1.0) & (self.actions_.sum(axis=1, keepdims=True) == 1.0)).all():
+            raise InvalidInputError("a pair of it has not exactly one symbol")

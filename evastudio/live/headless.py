@@ -31,7 +31,8 @@ from evastudio.learning.catalog import (
 )
 from evastudio.learning.cleaning import N_NEIGHBORS, THRESHOLD, Progress, clean_pairs, silent
 from evastudio.learning.compiled import ensure_compiled
-from evastudio.learning.fitting import DEFAULT_LEARNER, fit_policy
+from evastudio.learning.fitting import fit_policy
+from evastudio.learning.policy import find_learner
 from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
@@ -190,7 +191,7 @@ def fit(
     workspace: Workspace,
     session: int | str,
     *,
-    learner: str = DEFAULT_LEARNER,
+    learner: str | None = None,
     perception: str | None = None,
     settings: Mapping[str, Any] | None = None,
     out: str | Path | None = None,
@@ -200,7 +201,8 @@ def fit(
 ) -> dict[str, Any]:
     """Fit a policy to the kept pairs of a session, without those a cleaning marked.
 
-    It is written to the file `out`, or as `name` into the workspace's policies.
+    Without a `learner` it is the one that suits the scene's actions best. It is written to the
+    file `out`, or as `name` into the workspace's policies.
     """
     with Store(workspace.ready().store_url) as store:
         chosen = store.session(session)
@@ -208,6 +210,7 @@ def fit(
         scene, pairs = session_pairs(workspace, store, chosen, perception)
         marks = store.marks(chosen.id)
         identity = store.identity
+    learner = find_learner(learner, scene.action)
     keep = np.ones(len(pairs), dtype=bool)
     for take, mask in marks.items():
         rows = np.flatnonzero(pairs.takes == take)[: len(mask)]

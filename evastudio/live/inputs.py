@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from evastudio.world.scene import Control
-from evastudio.world.spaces import Array, Box
+from evastudio.world.spaces import Array, Space, Symbols
 
 
 @dataclass
@@ -63,7 +63,7 @@ class HeldKeys:
     a press shorter than a decision step counts as one step.
     """
 
-    def __init__(self, controls: Sequence[Control], action: Box, dt_s: float) -> None:
+    def __init__(self, controls: Sequence[Control], action: Space, dt_s: float) -> None:
         self._action = action
         self._dt_s = dt_s
         self._axes = [_Axis(control) for control in controls]
@@ -93,9 +93,15 @@ class HeldKeys:
     def read(self, start: float, end: float) -> Array:
         """The action for a step of the time from `start` to `end`, shape (1, action size).
 
-        Components that no control moves are zero, or the bound nearest to it.
+        Components that no control moves are zero, or the bound nearest to it. Of symbols it is
+        the one whose keys were held most of the time, or the first.
         """
         self._read_until = end
+        if isinstance(self._action, Symbols):
+            held = np.zeros(len(self._action.names))
+            for axis in self._axes:
+                held[self._action.names.index(axis.control.field)] += axis.read(start, end)
+            return np.array([[float(held.argmax())]])
         action = np.clip(np.zeros(self._action.size), self._action.low, self._action.high)
         for axis in self._axes:
             share = axis.read(start, end)

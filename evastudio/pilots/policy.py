@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from evastudio.errors import ConflictError
 from evastudio.learning.policy import Policy
+from evastudio.pilots.chance import uniforms
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
+_LUCK = 0
+"""The one stream of random numbers that a policy draws from."""
+
 
 class PolicyPilot(Pilot):
-    """Flies as `policy` decides. It remembers nothing: the paper's policies are reactive."""
+    """Flies as `policy` decides. It remembers nothing: the paper's policies are reactive.
+
+    One that decides by chance draws from the world's seed and step, which are then its memory.
+    """
 
     def __init__(self, policy: Policy, name: str = "policy") -> None:
         self.policy = policy
@@ -42,9 +53,22 @@ class PolicyPilot(Pilot):
                 f"{scene.name!r} has changed since. Fit it again."
             )
 
+    def begin(self, scene: Scene, seeds: Sequence[int]) -> Memory:
+        if not self.policy.learner.draws:
+            return {}
+        return {
+            "seed": np.array(seeds, dtype=np.uint64),
+            "step": np.zeros(len(seeds), dtype=np.int64),
+        }
+
     def act(self, scene: Scene, snapshot: Snapshot, memory: Memory) -> tuple[Array, Memory]:
         self.check(scene)
         view = scene.perceptions[self.policy.perception]
         percept = view.perceive(snapshot)
-        actions = self.policy.learner.decide(percept.states)
+        if self.policy.learner.draws:
+            draws = uniforms(memory["seed"], memory["step"], _LUCK)[:, 0]
+            actions = self.policy.learner.decide(percept.states, draws)
+            memory = {**memory, "step": memory["step"] + 1}
+        else:
+            actions = self.policy.learner.decide(percept.states)
         return view.to_world(percept.frame, actions), memory

@@ -21,7 +21,7 @@ from evastudio.pilots.traits import STYLES, Traits
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
-from evastudio.world.spaces import Array
+from evastudio.world.spaces import Array, Box
 
 TREMOR_MEMORY = 0.8
 """Share of the hand's unsteadiness that is left after a step: a tremble, not noise."""
@@ -68,15 +68,16 @@ class ScriptedPilot(Pilot):
         )
         want = np.where(rests[:, None], 0.0, want)
         last = memory["done"][:, 0]
-        if traits.smoothing:
+        turns = isinstance(scene.action, Box)  # a symbol is chosen as a whole
+        if turns and traits.smoothing:
             want = traits.smoothing * last + (1.0 - traits.smoothing) * want
-        if traits.tremor:
+        if turns and traits.tremor:
             fresh = normals(seed, step, _TREMOR, scene.action.size)
             fresh = fresh * (traits.tremor * np.sqrt(1.0 - TREMOR_MEMORY**2))
             after["tremor"] = TREMOR_MEMORY * memory["tremor"] + fresh
             want = want + after["tremor"]
         want = np.clip(want, -1.0, 1.0)
-        if traits.keys:
+        if turns and traits.keys:
             want = self._press(scene, want, last, after)
         after["done"] = np.concatenate([want[:, None], memory["done"][:, :-1]], axis=1)
         after["step"] = step + 1

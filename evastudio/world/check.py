@@ -164,8 +164,7 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
 
 def _actions(scene: Scene, seed: int, worlds: int, steps: int) -> Array:
     rng = np.random.default_rng([seed, 1])
-    share = rng.uniform(0.0, 1.0, (steps, worlds, scene.action.size))
-    return np.asarray(scene.action.low + share * (scene.action.high - scene.action.low))
+    return scene.action.at(rng.uniform(0.0, 1.0, (steps, worlds, scene.action.size)))
 
 
 def _walk(scene: Scene, seeds: list[int], seed: int, row: int | None = None) -> list[Snapshot]:

@@ -12,14 +12,14 @@ from evastudio.errors import InvalidInputError
 from evastudio.workspace import shipped
 from evastudio.world.loading import find_scene
 from evastudio.world.scene import Scene
-from evastudio.world.spaces import Array
+from evastudio.world.spaces import Array, Symbols
 
 
 class SceneEnvironment(gymnasium.Env):
     """One world of a scene. Observations are states of a perception, actions are in its frame.
 
-    The reward is the gain in progress, plus 1 for an end that is a success and minus 1 for any
-    other end.
+    Actions that are symbols are given as their codes. The reward is the gain in progress, plus 1
+    for an end that is a success and minus 1 for any other end.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - gymnasium's convention
@@ -36,7 +36,11 @@ class SceneEnvironment(gymnasium.Env):
         self.perception = scene.perception(perception)
         state = self.perception.state
         self.observation_space = spaces.Box(state.low, state.high, dtype=np.float64)
-        self.action_space = spaces.Box(scene.action.low, scene.action.high, dtype=np.float64)
+        self.action_space: spaces.Space[Any] = (
+            spaces.Discrete(len(scene.action.names))
+            if isinstance(scene.action, Symbols)
+            else spaces.Box(scene.action.low, scene.action.high, dtype=np.float64)
+        )
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -47,7 +51,7 @@ class SceneEnvironment(gymnasium.Env):
         self._snapshot = self.scene.worlds([chosen])
         return self._observe(), {"seed": chosen}
 
-    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         actions = np.asarray(action, dtype=np.float64).reshape(1, -1)
         actions = self.scene.action.check(actions, "actions")
         before = self.scene.progress(self._snapshot)[0]

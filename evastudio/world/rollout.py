@@ -41,7 +41,8 @@ class Rollout:
     steps: NDArray[np.int64]
     """Decisions taken, shape (worlds,)."""
     turn: Array
-    """Mean |change of action| per component and step, as shares of the range; (worlds,)."""
+    """Mean change of action a step: |change| per component as a share of the range, or for symbols
+    the share of steps that chose another; (worlds,)."""
 
 
 Watcher = Callable[[NDArray[np.int64], Snapshot, Array], None]
@@ -66,7 +67,6 @@ def roll_out(
     outcomes = np.zeros(len(seeds), dtype=np.int64)
     steps = np.zeros(len(seeds), dtype=np.int64)
     change = np.zeros(len(seeds))
-    span = scene.action.high - scene.action.low
     last: Array | None = None
     for _ in range(max_steps):
         actions, memory = pilot.act(scene, snapshot, memory)
@@ -76,7 +76,7 @@ def roll_out(
         snapshot = scene.step(snapshot, actions)
         steps[alive] += 1
         if last is not None:
-            change[alive] += (np.abs(actions - last) / span).mean(axis=1)
+            change[alive] += scene.action.change(last, actions)
         now = scene.outcome(snapshot)
         outcomes[alive] = now
         going = now == 0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.snapshot import AnyArray, Snapshot, stack
-from evastudio.world.spaces import Array, Box
+from evastudio.world.spaces import Array, Box, Space
 
 RUNNING = "running"
 """The first entry of every scene's `outcomes`."""
@@ -36,10 +36,10 @@ class Option:
 
 @dataclass(frozen=True)
 class Control:
-    """Which keys move one component of the action."""
+    """Which keys move one component of the action, or choose one of its symbols."""
 
     field: str
-    """Name of the action's field."""
+    """Name of the action's field, or of the symbol."""
     label: str
     """What a person reads: 'turn left and right'."""
     negative: tuple[str, ...]
@@ -105,8 +105,8 @@ class Scene(ABC):
     """The outcomes that end a world well."""
     options: ClassVar[tuple[Option, ...]] = ()
     controls: ClassVar[tuple[Control, ...]] = ()
-    action: Box
-    """What the character can do, in the world's frame."""
+    action: Space
+    """What the character can do, in the world's frame: real numbers or symbols."""
     perceptions: Mapping[str, Perception]
     """By name; the first is the default."""
     look: ClassVar[Look]

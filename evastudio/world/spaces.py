@@ -11,6 +11,8 @@ from evastudio.errors import InvalidInputError
 
 Array = NDArray[np.float64]
 
+MOST_SYMBOLS = 256
+
 
 @dataclass(frozen=True)
 class Field:
@@ -64,12 +66,90 @@ class Box:
         """`values` of shape (..., size), moved to the nearest point of the box."""
         return np.clip(values, self.low, self.high)
 
+    def at(self, share: Array) -> Array:
+        """The values at `share`, (..., size) in [0, 1), of the way from the low to the high."""
+        return np.asarray(self.low + share * (self.high - self.low))
+
+    def change(self, before: Array, after: Array) -> Array:
+        """How far values (rows, size) have moved, in ranges, mean over the components; (rows,)."""
+        return np.asarray((np.abs(after - before) / (self.high - self.low)).mean(axis=1))
+
     def check(self, values: ArrayLike, what: str) -> Array:
         """`values` as finite float64 of shape (rows, size).
 
         Raises InvalidInputError, naming `what`, for another shape or for NaN and infinities.
         """
         return finite_rows(values, self.size, what, ", ".join(self.names))
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """A finite set of symbols, of which an action is one: 'stand', 'left', 'right'.
+
+    In arrays a symbol is its code, its place in `names`, so that symbols travel as real actions
+    do: float64 of shape (rows, 1). The first is what a character does that is told nothing.
+    """
+
+    names: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not 2 <= len(self.names) <= MOST_SYMBOLS:
+            raise InvalidInputError(
+                f"There are {len(self.names)} symbols; a character chooses among 2 to "
+                f"{MOST_SYMBOLS}."
+            )
+        if len(set(self.names)) != len(self.names) or not all(
+            isinstance(name, str) and name for name in self.names
+        ):
+            raise InvalidInputError(
+                f"The symbols {list(self.names)} repeat a name or leave one empty; each needs "
+                "its own."
+            )
+
+    @property
+    def size(self) -> int:
+        """Number of components that an action has in arrays: one, the code."""
+        return 1
+
+    @property
+    def low(self) -> Array:
+        """The smallest code, shape (1,)."""
+        return np.zeros(1)
+
+    @property
+    def high(self) -> Array:
+        """The largest code, shape (1,)."""
+        return np.array([len(self.names) - 1.0])
+
+    def clip(self, values: Array) -> Array:
+        """`values` of shape (..., 1), moved to the nearest code."""
+        return np.clip(np.rint(values), self.low, self.high)
+
+    def at(self, share: Array) -> Array:
+        """The codes at `share`, (..., 1) in [0, 1), of the way from the first to the last."""
+        return self.clip(np.floor(share * len(self.names)))
+
+    def change(self, before: Array, after: Array) -> Array:
+        """1 where another symbol was chosen and 0 where the same, for codes (rows, 1); (rows,)."""
+        return np.asarray((before != after).mean(axis=1))
+
+    def check(self, values: ArrayLike, what: str) -> Array:
+        """`values` as codes, float64 of shape (rows, 1).
+
+        Raises InvalidInputError, naming `what`, for another shape or for what is no code.
+        """
+        codes = finite_rows(values, 1, what, "the code of a symbol")
+        wrong = codes[codes != self.clip(codes)]
+        if wrong.size:
+            raise InvalidInputError(
+                f"The {what} hold {wrong[0]:g}, the code of no symbol; codes are whole numbers "
+                f"from 0 to {len(self.names) - 1} ({', '.join(self.names)})."
+            )
+        return codes
+
+
+Space = Box | Symbols
+"""What an action is one of."""
 
 
 def finite_rows(values: ArrayLike, columns: int, what: str, meaning: str = "") -> Array:

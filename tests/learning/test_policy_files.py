@@ -2,38 +2,63 @@
 
 import json
 import struct
+import warnings
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from safetensors.numpy import load, save
 
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError, NotFoundError, StorageError
 from evastudio.learning.cleaning import clean_pairs
 from evastudio.learning.fitting import fit_policy
-from evastudio.learning.policy import fingerprint
+from evastudio.learning.policy import LEARNERS, fingerprint
 from evastudio.learning.policy_files import FORMAT, load_policy, read_policy_header, save_policy
+from evastudio.workspace import shipped
+from evastudio.world.loading import load_scene_file
+from evastudio.world.spaces import Symbols
 
-SETTINGS = {"knn": {"k": 3, "weights": "distance"}, "svr": {"C": 5.0}}
+SETTINGS = {
+    "knn": {"k": 3, "weights": "distance"},
+    "svr": {"C": 5.0},
+    "compact": {"bases": 9},
+    "local-linear": {"k": 7},
+    "sampled": {"k": 4, "link": 0.02},
+    "voting": {"k": 3},
+}
+"""Of each learner and of a compact SVR."""
 
 
-def some_pairs(scene, count=60, perception="canonical"):
+def scene_of(kind):
+    """A scene whose actions that kind of learner learns."""
+    if kind == "voting":
+        return load_scene_file(Path(__file__).parent.parent / "scenes" / "walker.py")()
+    return load_scene_file(shipped() / "scenes" / "asteroids.py")()
+
+
+def some_pairs(scene, count=60, perception=None):
     rng = np.random.default_rng(count)
     size = scene.perception(perception).state.size
     states = rng.uniform(-1, 1, size=(count, size))
     actions = 0.1 * np.sin(states[:, :2])
+    if isinstance(scene.action, Symbols):
+        actions = 2.0 + np.sign(states[:, :1])
     return Pairs(states, actions, np.repeat([4, 9], count // 2), np.arange(count))
 
 
-def some_policy(scene, learner="svr", count=60, settings=None):
+def some_policy(kind="svr", count=60):
+    scene = scene_of(kind)
     pairs = some_pairs(scene, count)
     return fit_policy(
         pairs,
         scene,
-        "canonical",
-        learner,
-        settings or SETTINGS[learner],
+        None,
+        "svr" if kind == "compact" else kind,
+        SETTINGS[kind],
         session=7,
         cleaning=clean_pairs(pairs, scene),
         made_by="evastudio fit 7",
@@ -41,16 +66,30 @@ def some_policy(scene, learner="svr", count=60, settings=None):
     )
 
 
-@pytest.fixture(params=["knn", "svr"])
-def policy(request, asteroids):
-    return some_policy(asteroids(), request.param)
+@pytest.fixture(params=list(SETTINGS))
+def policy(request):
+    return some_policy(request.param)
 
 
-def test_a_policy_comes_back_exactly(policy, tmp_path, asteroids):
+def states_for(policy, count=40):
+    return np.random.default_rng(count).uniform(-1, 1, size=(count, policy.state.size))
+
+
+def test_every_learner_is_among_them():
+    assert set(SETTINGS) - {"compact"} == set(LEARNERS)
+
+
+def test_a_policy_comes_back_exactly(policy, tmp_path):
     path = save_policy(policy, tmp_path / "made" / "one.safetensors")
     again = load_policy(path)
-    states = some_pairs(asteroids(), 40).states
+    states = states_for(policy)
     assert np.array_equal(again.act_states(states), policy.act_states(states))
+    drawn = [one.act_states(states, np.random.default_rng(3)) for one in (again, policy)]
+    assert np.array_equal(*drawn)
+    for name in ("pairs", "distances", "weights", "agreement"):
+        was, now = (getattr(one.explain(states), name) for one in (policy, again))
+        assert (was is now is None) or np.array_equal(was, now), name
+    assert np.array_equal(again.moments, policy.moments)
     assert again.describe() == policy.describe()
     assert (again.state, again.action) == (policy.state, policy.action)
     assert (again.session, again.takes, again.pairs) == (7, (4, 9), policy.pairs)
@@ -64,7 +103,10 @@ def test_the_header_can_be_read_alone(policy, tmp_path):
     assert header["learner"] == policy.learner_name
     assert header["made_by"] == "evastudio fit 7"
     assert header["cleaning"]["pairs"] == 60
-    assert [field["name"] for field in header["action"]] == ["theta", "phi"]
+    if policy.learner_name == "voting":
+        assert header["action"] == {"symbols": ["stand", "east", "north", "west", "south"]}
+    else:
+        assert [field["name"] for field in header["action"]] == ["theta", "phi"]
 
 
 def test_any_truncation_is_refused(policy, tmp_path):
@@ -79,17 +121,10 @@ def test_any_truncation_is_refused(policy, tmp_path):
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     """A file of each learner, and the folder to write its mutations to."""
-    from evastudio.workspace import shipped
-    from evastudio.world.loading import load_scene_file
-
-    scene = load_scene_file(shipped() / "scenes" / "asteroids.py")()
     folder = tmp_path_factory.mktemp("policies")
     files = [
-        save_policy(some_policy(scene, learner, 20), folder / f"{learner}.safetensors")
-        for learner in ("knn", "svr")
+        save_policy(some_policy(kind, 20), folder / f"{kind}.safetensors") for kind in SETTINGS
     ]
-    compact = some_policy(scene, "svr", 20, {"bases": 9})
-    files.append(save_policy(compact, folder / "compact.safetensors"))
     return [file.read_bytes() for file in files], folder
 
 
@@ -115,13 +150,22 @@ def test_any_mutation_is_refused_or_still_a_policy(written, data):
             break
     path = folder / "mutated.safetensors"
     path.write_bytes(bytes(mutated))
+    refused_or_whole(path)
+
+
+def refused_or_whole(path):
+    """The file is refused, or it is a policy that decides and explains."""
     try:
         policy = load_policy(path)
     except StorageError:
         return
     actions = policy.act_states(np.ones((2, policy.state.size)))
+    policy.action.check(actions, "actions")
     assert actions.shape == (2, policy.action.size)
-    assert np.isfinite(actions).all()
+    reasons = policy.explain(np.ones((2, policy.state.size)))
+    assert np.isfinite(reasons.weights).all()
+    if policy.moments is not None:
+        assert policy.moments[reasons.pairs].shape == (*reasons.pairs.shape, 2)
 
 
 def rewritten(path, change):
@@ -138,6 +182,83 @@ def rewritten(path, change):
     return path
 
 
+NUMBERS = st.one_of(
+    st.sampled_from([0, 1, -1, 2**31, 2**63, 10**400, 1e308, -1e-308, float("nan"), float("inf")]),
+    st.integers(),
+    st.floats(),
+)
+ODD = st.one_of(NUMBERS, st.none(), st.booleans(), st.text(max_size=3), st.just([]), st.just({}))
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.data())
+def test_any_other_description_is_refused_or_still_a_policy(written, data):
+    files, folder = written
+    path = folder / "described.safetensors"
+    path.write_bytes(data.draw(st.sampled_from(files)))
+
+    def change(header):
+        place = header
+        for _ in range(data.draw(st.integers(1, 3))):
+            keys = sorted(place) if isinstance(place, dict) else range(len(place))
+            if not keys:
+                return
+            key = data.draw(st.sampled_from(keys))
+            if not isinstance(place[key], dict | list) or data.draw(st.booleans()):
+                place[key] = data.draw(ODD)
+                return
+            place = place[key]
+
+    refused_or_whole(rewritten(path, change))
+
+
+EXTREMES = (0, 1, -1, 1e59, -1e59, 1e-59, 1e-300, np.nan, np.inf, 65000, 2**31 - 1)
+DTYPES = (np.float16, np.float32, np.int8, np.uint64, np.int64, np.bool_)
+
+
+def damaged(array, kind, rng):
+    """A copy of `array` that is not as it was."""
+    if kind == "shape":
+        return array.reshape([(-1,), (1, -1), (-1, 1)][rng.integers(3)])
+    if kind == "rows":
+        return array[: rng.integers(5)]
+    raw = bytearray(array.tobytes())
+    if kind == "bits" and raw:
+        raw[rng.integers(len(raw))] ^= int(rng.integers(1, 256))
+        return np.frombuffer(raw, array.dtype).reshape(array.shape)
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        warnings.simplefilter("ignore")
+        if kind == "dtype":
+            return array.astype(rng.choice(DTYPES))
+        changed = array.copy()
+        value = np.float64(rng.choice(EXTREMES)).astype(array.dtype)
+    changed.flat[:: 1 if rng.random() < 0.5 else max(1, array.size - 1)] = value
+    return changed
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.integers(0, 2**32))
+def test_any_other_arrays_are_refused_or_still_a_policy(written, seed):
+    """Numbers far out, NaN in narrow arrays, negative indices, other shapes and dtypes."""
+    files, folder = written
+    rng = np.random.default_rng(seed)
+    original = files[rng.integers(len(files))]
+    size = int.from_bytes(original[:8], "little")
+    metadata = json.loads(original[8 : 8 + size])["__metadata__"]
+    arrays = load(original)
+    for _ in range(rng.integers(1, 4)):
+        kind = rng.choice(["number", "shape", "dtype", "rows", "bits", "gone"])
+        chosen = sorted(arrays) if kind == "rows" else [rng.choice(sorted(arrays))]
+        for key in chosen:
+            arrays[key] = damaged(arrays[key], kind, rng)
+        if kind == "gone" and len(arrays) > 1:
+            del arrays[key]
+    path = folder / "arrays.safetensors"
+    tidy = {key: np.ascontiguousarray(array) for key, array in arrays.items()}
+    path.write_bytes(save(tidy, metadata))
+    refused_or_whole(path)
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -145,6 +266,9 @@ def rewritten(path, change):
         (lambda header: header.update(format="new"), "its format is 'new'"),
         (lambda header: header.update(learner="forest"), "'forest' is not known"),
         (lambda header: header["settings"].update(k=0, C=0.0), "settings|k is 0"),
+        (lambda header: header.update(session={}), "'session' is no number or name"),
+        (lambda header: header.update(state={"symbols": ["a", "b"]}), "not made of numbers"),
+        (lambda header: header.update(action={"symbols": ["a"]}), "1 symbols"),
         (lambda header: header["state"].pop(), "has shape"),
         (lambda header: header.update(state=[]), "no fields"),
         (lambda header: header.pop("scene"), "not whole"),
@@ -160,17 +284,39 @@ def test_a_description_that_makes_no_sense_is_named(policy, tmp_path, change, sa
         load_policy(path)
 
 
-def test_a_file_of_format_1_is_still_read(asteroids, tmp_path):
-    policy = some_policy(asteroids())
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_file_of_an_older_format_is_still_read(tmp_path, version):
+    """An SVR then kept its support vectors alone, and no file had moments."""
+    policy = some_policy()
+    for name in ("states_", "actions_", "duals_"):
+        delattr(policy.learner, name)
+    path = save_policy(replace(policy, moments=None), tmp_path / "one.safetensors")
 
     def age(header):
-        header["format"] = 1
-        del header["settings"]["bases"]
+        header["format"] = version
+        if version == 1:
+            del header["settings"]["bases"]
 
-    again = load_policy(rewritten(save_policy(policy, tmp_path / "one.safetensors"), age))
-    states = some_pairs(asteroids(), 40).states
+    again = load_policy(rewritten(path, age))
+    states = states_for(policy)
     assert np.array_equal(again.act_states(states), policy.act_states(states))
     assert again.settings == policy.settings
+    assert again.moments is None
+    assert again.explain(states).agreement is None
+    with pytest.raises(InvalidInputError, match="Fit it again from its session"):
+        again.learner.remove_pairs([0])
+
+
+def test_reasons_lead_to_the_moments_that_were_shown(policy, tmp_path):
+    """Asked about a state that was shown, the nearest pair is that moment's; or a base is."""
+    shown = some_pairs(scene_of(policy.learner_name))
+    again = load_policy(save_policy(policy, tmp_path / "one.safetensors"))
+    rows = again.moments[:, 1]
+    assert np.array_equal(again.moments[:, 0], shown.takes[rows])
+    asked = shown.states[rows]
+    reasons = again.explain(asked)
+    assert np.array_equal(again.moments[reasons.pairs[:, 0], 1], rows)
+    assert reasons.distances[:, 0] == pytest.approx(0.0, abs=2e-3)  # compact: float16
 
 
 def test_other_files_are_refused(tmp_path):

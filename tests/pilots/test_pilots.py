@@ -1,5 +1,6 @@
 """Pilots: the same world gives the same flight, whatever flies beside it."""
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -65,7 +66,14 @@ def tracks(scene, pilot, seeds, steps=90):
     return [np.array(track) for track in kept], rollout
 
 
-POLICIES = ["policy:knn:canonical", "policy:svr:canonical", "policy:svr:paper", "policy:knn:paper"]
+POLICIES = [
+    "policy:knn:canonical",
+    "policy:svr:canonical",
+    "policy:svr:paper",
+    "policy:knn:paper",
+    "policy:local-linear:canonical",
+    "policy:sampled:canonical",
+]
 
 
 @pytest.mark.parametrize("name", [*pilot_names(), *POLICIES])
@@ -172,6 +180,21 @@ def test_chance_is_even_and_follows_from_seed_step_and_channel():
     assert abs(np.corrcoef(numbers[:, 0], uniforms(seeds, step, 2)[:, 0])[0, 1]) < 0.03
     assert abs(normals(seeds, step, 3).std() - 1.0) < 0.02
     assert np.array_equal(uniforms(seeds[7:8], step[7:8], 1, 2)[0], numbers[7])
+
+
+def test_a_sampled_policy_is_lucky_by_seed_and_step_alone(asteroids, flown):
+    """Two worlds alike in all but their seeds part; the same seed does the same again."""
+    scene = asteroids()
+    pilot = pilot_of("policy:sampled:canonical", scene, flown)
+    learner = deepcopy(pilot.policy.learner).set_params(k=40, link=1e-6)  # each pair its own way
+    pilot = PolicyPilot(replace(pilot.policy, learner=learner.prepare()))
+    start = scene.worlds([SEEDS[0]] * 3)
+    memory = pilot.begin(scene, [SEEDS[0], SEEDS[1], SEEDS[0]])
+    first, memory = pilot.act(scene, start, memory)
+    second, _ = pilot.act(scene, start, memory)
+    assert np.array_equal(first[0], first[2])
+    assert not np.array_equal(first[0], first[1])
+    assert not np.array_equal(first[0], second[0])
 
 
 def test_an_unknown_pilot_or_trait_gets_a_hint():

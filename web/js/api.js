@@ -66,7 +66,7 @@ export const api = {
   clean: (session) => ask("POST", `/sessions/${session}/clean`, {}),
   /** @param {number} session @returns {Promise<Session>} */
   unclean: (session) => ask("DELETE", `/sessions/${session}/clean`),
-  /** @param {number} session @param {string} learner @returns {Promise<Job>} */
+  /** @param {number} session @param {string | null} learner the one that suits the scene, if null @returns {Promise<Job>} */
   fit: (session, learner) => ask("POST", `/sessions/${session}/fit`, { learner }),
   /** @returns {Promise<Job[]>} */
   jobs: async () => (await ask("GET", "/jobs")).items,

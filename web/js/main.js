@@ -174,7 +174,11 @@ steps(store, {
     focusView();
   },
   clean: () => onSession(async (id) => onJob(await api.clean(id))),
-  fit: () => onSession(async (id) => onJob(await api.fit(id, store.state.learner))),
+  fit: () =>
+    onSession(async (id) => {
+      const { scene, learner } = store.state;
+      return onJob(await api.fit(id, scene?.symbols.length ? null : learner));
+    }),
   play: () => {
     link.command("play", { policy: store.state.policy, options: store.state.options });
     focusView();

@@ -20,10 +20,11 @@ export function policies(store) {
   for (const radio of document.querySelectorAll('input[name="learner"]')) {
     radio.addEventListener("change", () => {
       const { value } = /** @type {HTMLInputElement} */ (radio);
-      store.set({ learner: value === "knn" ? "knn" : "svr" });
+      store.set({ learner: value });
     });
   }
   store.watch((state, before) => {
+    byId("learner", HTMLFieldSetElement).hidden = !!state.scene?.symbols.length;
     if (state.policies === before.policies && state.policy === before.policy && choice.length) return;
     const known = state.policies.map((one) => ({ value: one.name, text: text(one) }));
     const none = [{ value: "", text: "No policy yet", disabled: true }];

@@ -50,7 +50,8 @@ export function steps(store, act) {
     say(demonstrate, missing.demonstrate ? demonstrationWords(state) : "Fly with the keys for a few minutes.");
     say(clean, missing.clean ?? cleanWords(state));
     clean.classList.toggle("warn", missing.clean === null && !!session(state)?.cleaning?.stale);
-    say(fit, missing.fit ?? LEARNERS[state.learner]);
+    const learner = state.scene?.symbols.length ? "voting" : state.learner;
+    say(fit, missing.fit ?? LEARNERS[learner]);
     say(play, missing.play ?? playWords(state));
     play.classList.toggle("warn", !!policy(state)?.problem || !!policy(state)?.stale);
   });

@@ -5,7 +5,7 @@
  *   step: number, help: string}} Option
  * @typedef {{field: string, label: string, negative: string[], positive: string[]}} Control
  * @typedef {{name: string, title: string, version: number, dt_s: number, options: Option[],
- *   controls: Control[], outcomes: string[], successes: string[]}} Scene
+ *   controls: Control[], symbols: string[], outcomes: string[], successes: string[]}} Scene
  * @typedef {{pairs: number, removed: number, stale: boolean}} Cleaning
  * @typedef {{id: number, name: string, scene: string, takes_kept: number, takes_trashed: number,
  *   pairs: number, seconds: number, cleaning: Cleaning | null}} Session
@@ -33,7 +33,7 @@
  * @property {Take[]} takes of that session
  * @property {Policy[]} policies
  * @property {string | null} policy the one that plays
- * @property {"svr" | "knn"} learner
+ * @property {string} learner of those the page offers
  * @property {Record<string, number>} options for the next world
  * @property {Job[]} jobs that wait or run
  * @property {Status | null} status

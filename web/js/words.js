@@ -61,4 +61,6 @@ export function phaseWords({ phase, mode, policy }) {
 export const LEARNERS = {
   svr: "Flows between the moves you showed.",
   knn: "Repeats your most similar moments.",
+  sampled: "Chooses among the moves you showed here, as often as you did each.",
+  voting: "Does what you did most often in such moments.",
 };
