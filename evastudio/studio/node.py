@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,13 +22,28 @@ FAR = 9.0
 """Radii from the camera at which that form is shown."""
 
 
-def checked(body: Body) -> tuple[Numbers, Numbers, Numbers]:
-    """Positions (N, 3), quaternions (N, 4) and scales (N,) of `body`, all finite.
+@dataclass(frozen=True)
+class Instances:
+    """The arrays of a body, as they are sent."""
+
+    positions: Numbers
+    """Shape (N, 3)."""
+    wxyzs: Numbers
+    """Shape (N, 4)."""
+    scales: Numbers
+    """Shape (N,) or (N, 3)."""
+    colors: NDArray[np.uint8] | None
+    """Shape (N, 3), or None where all have their mesh's."""
+
+
+def checked(body: Body) -> Instances:
+    """The instances of `body`, all finite and as many of each kind.
 
     One value that cannot be sent would cost viser every client, so nothing unchecked gets there.
     """
     count = len(body.positions)
-    shapes = ((count, 3), (count, 4), (count,))
+    each = ((count, 3),) if np.ndim(body.scales) == 2 else ((count,),)
+    shapes = ((count, 3), (count, 4), *each)
     arrays = []
     for name, shape in zip(("positions", "wxyzs", "scales"), shapes, strict=True):
         array = np.asarray(getattr(body, name), dtype=np.float32)
@@ -41,7 +57,13 @@ def checked(body: Body) -> tuple[Numbers, Numbers, Numbers]:
                 "draw finite ones."
             )
         arrays.append(array)
-    return arrays[0], arrays[1], arrays[2]
+    colors = body.colors
+    if colors is not None and (colors.shape != (count, 3) or colors.dtype != np.uint8):
+        raise InvalidInputError(
+            f"The colors of body {body.name!r} are {colors.dtype} of shape {colors.shape}; "
+            f"expected uint8 of shape {(count, 3)}."
+        )
+    return Instances(arrays[0], arrays[1], arrays[2], colors)
 
 
 class Node:
@@ -57,27 +79,34 @@ class Node:
         self._mesh = mesh
         self._handle: Any = None
         self._count = 0
+        self._dimensions = 1
         self._pose: tuple[list[float], list[float]] | None = None
 
-    def draw(self, positions: Numbers, wxyzs: Numbers, scales: Numbers) -> None:
+    def draw(self, body: Instances) -> None:
         """Show the instances, given as `checked` returns them; what stands still costs nothing."""
-        count = len(positions)
-        if count != self._count:
+        count, shape = len(body.positions), body.scales.ndim
+        if count != self._count or shape != self._dimensions:
             self.remove()
-            self._count = count
+            self._count, self._dimensions = count, shape
             if count:
-                self._handle = self._add(positions, wxyzs, scales)
+                self._handle = self._add(body)
         elif count == 1:
-            pose = (positions[0].tolist(), wxyzs[0].tolist())
+            pose = (body.positions[0].tolist(), body.wxyzs[0].tolist())
             if pose != self._pose:
                 self._server.set_pose(self._name, *pose)
                 self._pose = pose
-            if scales[0] != self._handle.batched_scales[0]:
-                self._handle.batched_scales = scales
+            self._vary(body)
         elif count:
-            self._handle.batched_positions = positions
-            self._handle.batched_wxyzs = wxyzs
-            self._handle.batched_scales = scales
+            self._handle.batched_positions = body.positions
+            self._handle.batched_wxyzs = body.wxyzs
+            self._vary(body)
+
+    def _vary(self, body: Instances) -> None:
+        """Send sizes and colours where they are others than before, which they seldom are."""
+        if not np.array_equal(body.scales, self._handle.batched_scales):
+            self._handle.batched_scales = body.scales
+        if body.colors is not None and not np.array_equal(body.colors, self._handle.batched_colors):
+            self._handle.batched_colors = body.colors
 
     def remove(self) -> None:
         """Take the body out of the view."""
@@ -87,7 +116,8 @@ class Node:
         self._count = 0
         self._pose = None
 
-    def _add(self, positions: Numbers, wxyzs: Numbers, scales: Numbers) -> Any:
+    def _add(self, body: Instances) -> Any:
+        positions, wxyzs, scales = body.positions, body.wxyzs, body.scales
         place: dict[str, Any] = {
             "batched_positions": positions,
             "batched_wxyzs": wxyzs,
@@ -106,7 +136,7 @@ class Node:
             self._name,
             mesh.vertices.astype(np.float32),
             mesh.faces.astype(np.uint32),
-            batched_colors=mesh.color,
+            batched_colors=mesh.color if body.colors is None else body.colors,
             flat_shading=mesh.flat,
             lod=self._levels(scales),
             **place,

@@ -72,7 +72,7 @@ class View:
                     if body.name not in self._nodes:
                         mesh = self._meshes[body.mesh]
                         self._nodes[body.name] = Node(self._server, body.name, mesh)
-                    self._nodes[body.name].draw(*placed)
+                    self._nodes[body.name].draw(placed)
                 for name in self._nodes.keys() - {body.name for body in bodies}:
                     self._nodes.pop(name).remove()
                 if fresh or camera != self._camera:

@@ -36,14 +36,16 @@ class Body:
     """Unique among the bodies of a scene; the same body keeps its name from frame to frame."""
     mesh: str
     """A key of the scene's `meshes`."""
-    positions: Array
+    positions: Array | NDArray[np.float32]
     """Shape (N, 3), metres, world frame."""
-    wxyzs: Array
+    wxyzs: Array | NDArray[np.float32]
     """Shape (N, 4), unit quaternions from the body's frame to the world's."""
-    scales: Array
-    """Shape (N,), 1 = the mesh as it is."""
+    scales: Array | NDArray[np.float32]
+    """Shape (N,), 1 = the mesh as it is; or (N, 3), along x, y and z of the body's frame."""
     fixed: bool = False
     """Never moves during a take: drawn once."""
+    colors: NDArray[np.uint8] | None = None
+    """Shape (N, 3), sRGB, in place of the mesh's colour; not for a mesh that glows."""
 
 
 @dataclass(frozen=True)

@@ -133,12 +133,14 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
             _need(len(names) == len(set(names)), "two bodies share a name")
             for body in bodies:
                 _need(body.mesh in meshes, f"body {body.name!r} names no mesh: {body.mesh!r}")
-                parts: tuple[Array, ...] = (body.positions, body.wxyzs, body.scales)
+                parts = (body.positions, body.wxyzs, body.scales)
                 _need(
                     all(len(part) == len(body.positions) for part in parts)
                     and all(bool(np.isfinite(part).all()) for part in parts),
                     f"body {body.name!r} has arrays of different lengths or not finite",
                 )
+                colored = body.colors is None or body.colors.shape == (len(body.positions), 3)
+                _need(colored, f"body {body.name!r} needs one colour for each instance, or none")
             camera = scene.camera(snapshot)
             sound = np.isfinite(np.concatenate([camera.position, camera.look_at, camera.up])).all()
             _need(bool(sound), "the camera is not finite")

@@ -103,6 +103,35 @@ def test_a_body_may_change_its_number_and_go() -> None:
     run(test, scene)
 
 
+def test_sizes_and_colors_of_instances_are_sent_only_when_they_change() -> None:
+    class People(Slide):
+        tint = 90
+
+        def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
+            places = snapshot["posts"][0] + snapshot["place"][0]
+            colors = np.full((5, 3), self.tint, dtype=np.uint8)
+            sizes = np.tile([1.0, 2.0, 3.0], (5, 1))
+            return [Body("people", "lit", places, np.ones((5, 4)), sizes, colors=colors)]
+
+    scene = People()
+
+    async def test(view: View, address: str) -> None:
+        view.show(at(0.0), fresh=True)
+        async with joined(address) as client:
+            named(await replay(client), "BatchedMeshesMessage", "/bodies/people")
+            for tint, sent in ((90, {"positions", "wxyzs"}), (30, {"colors"})):
+                scene.tint = tint
+                view.show(at(1.0 + tint))
+                updates: set[str] = set()
+                for message in await window(client):
+                    updates |= set(message.get("updates", {}))
+                assert {f"batched_{name}" for name in sent} <= updates
+                assert ("batched_colors" in updates) == ("colors" in sent)
+                assert "batched_scales" not in updates
+
+    run(test, scene)
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 def test_numbers_that_cannot_be_drawn_are_refused_and_nobody_is_lost(value: float) -> None:
     async def test(view: View, address: str) -> None:
@@ -149,6 +178,17 @@ def test_a_body_of_the_wrong_shape_or_without_a_mesh_is_named() -> None:
             view.show(at(0.0))
 
     run(test, Broken())
+
+    class Gaudy(Slide):
+        def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
+            colors = np.zeros((3, 3), dtype=np.uint8)
+            return [Body("thing", "lit", CORNERS, np.ones((4, 4)), np.ones(4), colors=colors)]
+
+    async def gaudy(view: View, address: str) -> None:
+        with pytest.raises(InvalidInputError, match=r"colors of body 'thing' are uint8"):
+            view.show(at(0.0))
+
+    run(gaudy, Gaudy())
 
     class Bare(Slide):
         def bodies(self, snapshot: Snapshot) -> Sequence[Body]:

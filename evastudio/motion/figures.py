@@ -1,0 +1,418 @@
+"""Figures: a whole crowd's limbs from what its characters do, in one call and without a memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from evastudio.errors import InvalidInputError
+from evastudio.motion import keyposes, shapes
+from evastudio.motion.body import HIPS, OFFSETS, PARENTS, UPPER
+from evastudio.motion.gait import HURRIED, PHASES, PLAIN, RUNNING, SHY, Gait, Manner, gait
+from evastudio.motion.legs import legs
+from evastudio.motion.poses import Poses
+from evastudio.motion.rotations import (
+    Numbers,
+    about,
+    components,
+    joined,
+    normalized,
+    product,
+    rotated,
+)
+from evastudio.motion.table import (
+    ANKLES,
+    HINGES,
+    ROOT,
+    STROKES,
+    TURNS,
+    Floats,
+    Table,
+    Whole,
+    gait_rows,
+    rows,
+)
+from evastudio.world.bodies import Body, Mesh
+from evastudio.world.spaces import Array
+
+JOINTS = (
+    *UPPER,
+    "left_thigh",
+    "right_thigh",
+    "left_shank",
+    "right_shank",
+    "left_foot",
+    "right_foot",
+)
+SPEEDS = (0.0, 0.6, 1.2, 1.8, 2.6, 4.0, 5.5)
+"""Metres a second at size 1 for which gaits are kept; others are mixed of two."""
+MANNERS = (SHY, PLAIN, HURRIED)
+"""At manner -1, 0 and 1."""
+TURN_A_CYCLE = 1.1
+"""Radians that two steps on the spot turn."""
+GRAVITY = 9.81
+
+
+class Activity(IntEnum):
+    """What a character does. The first four differ by speed and turning alone."""
+
+    STAND = 0
+    WALK = 1
+    TURN = 2
+    RUN = 3
+    STAGGER = 4
+    FALLEN = 5
+    GETTING_UP = 6
+
+
+def zero() -> Array:
+    return np.zeros(())
+
+
+def one() -> Array:
+    return np.ones(())
+
+
+def whole_zero() -> NDArray[np.int64]:
+    return np.zeros((), dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What N characters do at one moment; arrays of shape () are for all of them."""
+
+    positions: Array
+    """Shape (N, 2) or (N, 3), metres: the ground under each."""
+    headings: Array
+    """Shape (N,), rad from x to y."""
+    speeds: Array = field(default_factory=zero)
+    """Metres a second, ahead."""
+    phases: Array = field(default_factory=zero)
+    """Cycles of walking so far: the integral of `Figures.cadence`; any start will do."""
+    turn_rates: Array = field(default_factory=zero)
+    """Radians a second, to the left."""
+    activities: NDArray[np.int64] = field(default_factory=whole_zero)
+    """`Activity`."""
+    since_s: Array = field(default_factory=zero)
+    """Seconds since the activity began; it matters to those beyond walking."""
+    times_s: Array = field(default_factory=zero)
+    """The world's clock, which breathing follows; a shift for each character keeps them apart."""
+    sizes: Array = field(default_factory=one)
+    """1 is 1.75 m tall."""
+    manners: Array = field(default_factory=zero)
+    """From -1, shy, to 1, hurried."""
+    looks: NDArray[np.int64] = field(default_factory=whole_zero)
+    """Clothes, hair, skin and build, by number."""
+
+    def __post_init__(self) -> None:
+        count = len(self.positions)
+        if np.ndim(self.positions) != 2 or np.shape(self.positions)[1] not in (2, 3):
+            raise InvalidInputError(
+                f"The positions have shape {np.shape(self.positions)}; expected (N, 2) or (N, 3)."
+            )
+        for entry in fields(self)[1:]:
+            array = np.asarray(getattr(self, entry.name))
+            if array.shape not in ((), (count,)):
+                raise InvalidInputError(
+                    f"The {entry.name} have shape {array.shape}; expected ({count},), one for "
+                    "each character."
+                )
+            kind = np.int64 if entry.name in ("activities", "looks") else np.float64
+            wide = np.broadcast_to(array.astype(kind, copy=False), (count,))
+            object.__setattr__(self, entry.name, wide)
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Where the joints of N characters are, in the world."""
+
+    positions: Floats
+    """Shape (15, N, 3), in the order of `JOINTS`."""
+    wxyzs: Floats
+    """Shape (15, N, 4)."""
+
+
+@dataclass(frozen=True)
+class _Timed:
+    """A movement that runs once."""
+
+    start: int
+    """Its first row."""
+    last: int
+    """Number of rows after that."""
+    fade_in_s: float
+    """Seconds over which it takes over from walking or standing."""
+    fade_out_s: float
+    """Seconds over which it hands back at its end; 0 for one that stays."""
+
+
+class Figures:
+    """Bodies that walk, stand, turn, run, stagger, fall and get up.
+
+    Making one takes some 50 ms; afterwards it only reads.
+    """
+
+    def __init__(
+        self,
+        gaits: Mapping[Activity, Gait] | None = None,
+        movements: Mapping[Activity, Poses] | None = None,
+    ) -> None:
+        """Figures that move as shipped, but for the `gaits` of walking and running and the
+        `movements` of other activities that are given.
+
+        Raises InvalidInputError for an activity that has no such thing.
+        """
+        table = self._table = Table()
+        kinds = [_gaits(manner, gaits or {}) for manner in MANNERS]
+        self._speeds = np.array([one.speed for one in kinds[0]])
+        self._strides = np.array([[one.stride_m for one in row] for row in kinds])
+        self._walks = np.array([[table.add(gait_rows(one)) for one in row] for row in kinds])
+        chosen = dict(movements or {})
+        resting = chosen.pop(Activity.STAND) if Activity.STAND in chosen else None
+        stands = [rows(resting or keyposes.stand(manner)) for manner in MANNERS]
+        self._stands = np.array([table.add(np.concatenate([s, s[:1]])) for s in stands])
+        self._stand_rows = len(stands[0])
+        timed: dict[Activity, _Timed] = {}
+        for code, shipped, fade_in_s, fade_out_s in ONCE:
+            poses = chosen.pop(code) if code in chosen else shipped()
+            timed[code] = _Timed(table.add(rows(poses)), len(poses) - 1, fade_in_s, fade_out_s)
+        self._timed = timed
+        wrong = [code.name for code in {*chosen, *(gaits or {})} if code not in CHOICES]
+        if wrong:
+            raise InvalidInputError(f"No clip can be chosen for {', '.join(wrong)}.")
+
+    def length_s(self, activity: Activity) -> float:
+        """How long a stagger, the way down of a fall, or getting up takes."""
+        return self._timed[activity].last / keyposes.RATE_HZ
+
+    def cadence(
+        self,
+        speeds: Numbers | float,
+        turn_rates: Numbers | float = 0.0,
+        sizes: Numbers | float = 1.0,
+        manners: Numbers | float = 0.0,
+    ) -> Array:
+        """Cycles a second at these speeds: what a scene adds up to the phases of its characters."""
+        strides = self._mixed_strides(np.asarray(speeds) / sizes, np.asarray(manners)) * sizes
+        return np.asarray(np.hypot(np.abs(speeds) / strides, np.asarray(turn_rates) / TURN_A_CYCLE))
+
+    def joints(self, moment: Moment) -> Joints:
+        """Where all joints are."""
+        sizes = moment.sizes.astype(np.float32)
+        speeds = (np.abs(moment.speeds) / moment.sizes).astype(np.float32)
+        turns = moment.turn_rates.astype(np.float32)
+        cadence = np.maximum(
+            self.cadence(moment.speeds, turns, moment.sizes, moment.manners), 1e-3
+        ).astype(np.float32)
+        table = self._table.mixed(*self._mix(moment, speeds, turns))
+        upper, ankles, feet, hinges = stepped(table, speeds / cadence, turns / cadence)
+        root = np.moveaxis(table[ROOT], 0, -1)
+        lean = -0.6 * np.arctan(speeds * turns / GRAVITY)
+        root[:, 1] -= lean * root[:, 2]
+        count = len(sizes)
+        places = np.empty((3, len(JOINTS), count), dtype=np.float32)
+        wxyzs = np.empty((4, len(JOINTS), count), dtype=np.float32)
+        at, turn = np.moveaxis(places, 0, -1), np.moveaxis(wxyzs, 0, -1)
+        at[0], turn[0] = root, product(about(0, lean), upper[0])
+        glance = about(2, 0.35 * np.clip(turns, -1.2, 1.2))
+        upper[2] = product(glance, upper[2])
+        for these in LEVELS:
+            above = slice(PARENTS[these.start], PARENTS[these.stop - 1] + 1)
+            over = turn[above]
+            offsets = OFFSETS[these, None].astype(np.float32)
+            at[these] = at[above] + rotated(over, offsets)
+            turn[these] = product(over, upper[these])
+        sockets = at[0] + rotated(turn[0], HIPS[:, None].astype(np.float32))
+        knees, reached, thighs, shanks = legs(sockets, ankles, hinges)
+        at[9:11], at[11:13], at[13:15] = sockets, knees, reached
+        turn[9:11], turn[11:13], turn[13:15] = thighs, shanks, feet
+        self._placed(places, wxyzs, moment, sizes)
+        return Joints(np.moveaxis(places, 0, -1), np.moveaxis(wxyzs, 0, -1))
+
+    def meshes(self) -> Mapping[str, Mesh]:
+        """The meshes that `bodies` names."""
+        return {f"figure_{name}": mesh for name, mesh in shapes.meshes().items()}
+
+    def bodies(self, moment: Moment) -> list[Body]:
+        """What to draw: one body for each mesh, with all limbs that it is the shape of."""
+        joints = self.joints(moment)
+        looks = moment.looks % shapes.LOOKS
+        sizes, broad = moment.sizes.astype(np.float32), shapes.builds()[looks]
+        wardrobe = shapes.wardrobe()
+        drawn = []
+        everybody = slice(None)
+        limbs: dict[str, list[tuple[shapes.Limb, slice | Whole]]] = {}
+        for limb in shapes.LIMBS:
+            limbs.setdefault(limb.mesh, []).append((limb, everybody))
+        for number, cut in enumerate(shapes.HAIRCUTS):
+            wearing = np.flatnonzero(looks % len(shapes.HAIRCUTS) == number)
+            limbs[cut] = [(shapes.Limb("head", cut, color="hair"), wearing)]
+        for mesh, parts in limbs.items():
+            numbers = [(JOINTS.index(limb.joint), limb, who) for limb, who in parts]
+            drawn.append(
+                Body(
+                    f"figure_{mesh}",
+                    f"figure_{mesh}",
+                    np.concatenate([joints.positions[joint, who] for joint, _, who in numbers]),
+                    np.concatenate([joints.wxyzs[joint, who] for joint, _, who in numbers]),
+                    np.concatenate(
+                        [_scales(limb, sizes[who], broad[who]) for _, limb, who in numbers]
+                    ),
+                    colors=np.concatenate(
+                        [wardrobe[limb.color][looks[who]] for _, limb, who in numbers]
+                    ),
+                )
+            )
+        return drawn
+
+    def _mixed_strides(self, speeds: Numbers, manners: Numbers) -> Array:
+        """Metres a cycle at size 1."""
+        (low, share), (style, part) = self._bracket(speeds), _manner(manners)
+        strides = self._strides
+        slow = strides[style, low] * (1 - share) + strides[style, low + 1] * share
+        fast = strides[style + 1, low] * (1 - share) + strides[style + 1, low + 1] * share
+        return np.asarray(slow * (1 - part) + fast * part)
+
+    def _bracket(self, speeds: Numbers) -> tuple[Whole, Numbers]:
+        """Index of the gait below each speed, and how far towards the next it lies."""
+        low = np.clip(np.searchsorted(self._speeds, speeds, "right") - 1, 0, len(self._speeds) - 2)
+        gap = self._speeds[low + 1] - self._speeds[low]
+        return low, np.clip((speeds - self._speeds[low]) / gap, 0.0, 1.0)
+
+    def _mix(self, moment: Moment, speeds: Floats, turns: Floats) -> tuple[Whole, Floats]:
+        """Rows of the table and their weights, each (N, 14)."""
+        moving = smooth(np.hypot(speeds / 0.5, turns / 0.9))
+        standing = 1 - moving
+        count = len(speeds)
+        indices = np.zeros((14, count), dtype=np.int32)
+        weights = np.zeros((14, count), dtype=np.float32)
+        for code, once in self._timed.items():
+            doing = np.flatnonzero(moment.activities == code)
+            if len(doing) == 0:
+                continue
+            since = moment.since_s[doing]
+            taken = smooth(since / once.fade_in_s) if once.fade_in_s else np.ones(len(doing))
+            if once.fade_out_s:
+                taken = taken * smooth((once.last / keyposes.RATE_HZ - since) / once.fade_out_s)
+            place = np.clip(since * keyposes.RATE_HZ, 0, once.last)
+            row = np.minimum(place.astype(np.int64), once.last - 1)
+            indices[12, doing], indices[13, doing] = once.start + row, once.start + row + 1
+            weights[12, doing] = taken * (1 - place + row)
+            weights[13, doing] = taken * (place - row)
+            moving[doing] *= 1 - taken
+            standing[doing] *= 1 - taken
+        (low, share), (style, part) = self._bracket(speeds), _manner(moment.manners)
+        cycle = np.mod(moment.phases, 1.0) * PHASES
+        row = np.minimum(cycle.astype(np.int64), PHASES - 1)
+        late = cycle - row
+        place = np.mod(moment.times_s / keyposes.STAND_S, 1.0) * self._stand_rows
+        rest = np.minimum(place.astype(np.int64), self._stand_rows - 1)
+        term = 0
+        for way, manner in ((style, 1 - part), (style + 1, part)):
+            for kind, weight in ((low, 1 - share), (low + 1, share)):
+                first = self._walks[way, kind] + row
+                for extra, near in ((0, 1 - late), (1, late)):
+                    indices[term], weights[term] = first + extra, moving * manner * weight * near
+                    term += 1
+            for extra, near in ((0, 1 - place + rest), (1, place - rest)):
+                indices[term] = self._stands[way] + rest + extra
+                weights[term] = standing * manner * near
+                term += 1
+        return indices.T, weights.T
+
+    def _placed(self, places: Floats, wxyzs: Floats, moment: Moment, sizes: Floats) -> None:
+        """Move joints from each character's own frame to the world's, in place."""
+        c, s = (
+            np.cos(moment.headings).astype(np.float32),
+            np.sin(moment.headings).astype(np.float32),
+        )
+        places *= sizes
+        x, y = places[0].copy(), places[1].copy()
+        ground = moment.positions.T
+        places[0] = c * x - s * y + ground[0].astype(np.float32)
+        places[1] = s * x + c * y + ground[1].astype(np.float32)
+        if len(ground) == 3:
+            places[2] += ground[2].astype(np.float32)
+        half = moment.headings / 2
+        c, s = np.cos(half).astype(np.float32), np.sin(half).astype(np.float32)
+        w, x, y, z = wxyzs.copy()
+        wxyzs[0], wxyzs[1], wxyzs[2], wxyzs[3] = (
+            c * w - s * z,
+            c * x - s * y,
+            c * y + s * x,
+            c * z + s * w,
+        )
+
+
+LEVELS = (slice(1, 2), slice(2, 3), slice(3, 5), slice(5, 7), slice(7, 9))
+"""Joints of `UPPER` that can be turned together, after those they hang on."""
+ONCE = (
+    (Activity.STAGGER, keyposes.stagger, 0.12, 0.35),
+    (Activity.FALLEN, keyposes.fall, 0.15, 0.0),
+    (Activity.GETTING_UP, keyposes.get_up, 0.0, 0.35),
+)
+"""Movements that run once, with the seconds over which they take over and hand back."""
+CHOICES = frozenset({Activity.WALK, Activity.RUN, Activity.STAND, *(code for code, *_ in ONCE)})
+"""Activities for which a clip can be chosen."""
+
+
+def stepped(
+    table: Floats, strides: Floats, turns: Floats
+) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+    """Upper rotations, ankles, feet and hinges of mixed rows, stepping along an arc.
+
+    `strides` (N,) and `turns` (N,) are metres at size 1 and radians a cycle. The straight track
+    on which the feet were laid is bent into the circle that the character walks, and stretched
+    to its stride: a foot that stands then stands still on the ground, whatever the speed.
+    """
+    count = table.shape[1]
+    rotations = normalized(np.moveaxis(table[TURNS].reshape(11, 4, count), 1, -1))
+    hinges = np.moveaxis(table[HINGES].reshape(2, 3, count), 1, -1)
+    x, y, z = np.moveaxis(table[ANKLES].reshape(2, 3, count), 1, 0)
+    strokes = table[STROKES]
+    half = turns * strokes / 2
+    c, s = np.cos(half), np.sin(half)
+    chord = strokes * strides * np.where(np.abs(half) > 1e-4, s / np.where(half == 0, 1, half), 1)
+    cos, sin = c * c - s * s, 2 * s * c
+    ankles = joined(chord * c + cos * x - sin * y, chord * s + sin * x + cos * y, z)
+    zero = np.zeros_like(c)
+    feet = product(joined(c, zero, zero, s), rotations[9:11])
+    hx, hy, hz = components(hinges)
+    return rotations[:9], ankles, feet, joined(c * hx - s * hy, s * hx + c * hy, hz)
+
+
+def smooth(share: Numbers) -> Numbers:
+    """0 below 0, 1 above 1, and without a kink between."""
+    inside = np.clip(share, 0.0, 1.0)
+    return np.asarray(inside * inside * (3 - 2 * inside))
+
+
+def _manner(manners: Numbers) -> tuple[Whole, Numbers]:
+    place = np.clip(manners, -1.0, 1.0) + 1
+    low = np.minimum(place.astype(np.int64), len(MANNERS) - 2)
+    return low, place - low
+
+
+def _gaits(manner: Manner, chosen: Mapping[Activity, Gait]) -> list[Gait]:
+    """The gaits of one manner by rising speed, those `chosen` in place of the shipped ones."""
+    speeds = [speed for speed in SPEEDS if not _replaced(speed, chosen)]
+    gaits = [gait(speed, manner) for speed in speeds]
+    gaits += [chosen[code] for code in (Activity.WALK, Activity.RUN) if code in chosen]
+    return sorted(gaits, key=lambda one: one.speed)
+
+
+def _replaced(speed: float, chosen: Mapping[Activity, Gait]) -> bool:
+    if speed >= RUNNING:
+        return Activity.RUN in chosen
+    return speed > 0 and Activity.WALK in chosen
+
+
+def _scales(limb: shapes.Limb, sizes: Floats, broad: Floats) -> Floats:
+    scales = sizes[:, None] * np.array(limb.size, dtype=np.float32)
+    if limb.mesh in ("limb", "torso", "hips"):
+        scales[:, :2] *= broad[:, None]
+    return scales
