@@ -107,7 +107,9 @@ def leaf_distances(_: Any, query: Any, leaf: Any, size: Any, worst: Any, found: 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         lanes = Lanes(builder, types.float32)
         asked, points, target = (_pointer(builder, arguments[n], lanes.scalar) for n in (0, 1, 4))
-        sums = [cgutils.alloca_once_value(builder, lanes.constant(0.0)) for _ in range(2)]
+        sums = [
+            cgutils.alloca_once_value(builder, lanes.constant(0.0)) for _ in range(LEAF // LANES)
+        ]
         with cgutils.for_range(builder, arguments[2]) as loop:
             value = lanes.splat(builder.load(builder.gep(asked, [loop.index])))
             at = builder.mul(loop.index, ir.Constant(WORD, LEAF))

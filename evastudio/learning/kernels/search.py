@@ -105,14 +105,20 @@ def search(tree, query, k, own, moments, gap, keys):
         if int32_at(nearest, top) > (worst | 7):
             continue
         node = np.int64(int32_at(waiting, top))
-        if node >= inner:
-            leaf = node - inner
+        first = int64_at(children, node)
+        boxes = nodes + node * size * 2 * LANES * 4
+        here = top + near_children(
+            query, boxes, size, worst, first, nearest + 4 * top, waiting + 4 * top
+        )
+        if first < inner:
+            top = here
+            continue
+        while here > top:  # leaves: look at them at once, the nearest first
+            here -= 1
+            if int32_at(nearest, here) > (worst | 7):
+                break
+            leaf = int32_at(waiting, here) - inner
             worst = look(
                 query, leaves + leaf * size * LEAF * 4, numbers + leaf * LEAF * 4,
                 size, worst, k, own, moments, gap, keys, found,
-            )  # fmt: skip
-        else:
-            top += near_children(
-                query, nodes + node * size * 2 * LANES * 4, size, worst,
-                int64_at(children, node), nearest + 4 * top, waiting + 4 * top,
             )  # fmt: skip
