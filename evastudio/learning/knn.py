@@ -34,4 +34,4 @@ class KNNPolicy(Continuous, Averaged):
 
     def decide(self, states: Array) -> Array:
         """Like `predict`, for states known to be good; the answer to one is that in any batch."""
-        return self._index.average(states, self._rule, self._slots)
+        return self._index.search.average(states, self._rule, self._slots)

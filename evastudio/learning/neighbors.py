@@ -73,9 +73,11 @@ class Search(Protocol):
         """
 
     def average(self, states: Array, rule: Averaging, actions: Array) -> Array:
-        """For states (rows, n) the mean action of their neighbours, (rows, m); `actions` by number.
+        """For states (rows, n) the mean action of their neighbours, (rows, m).
 
-        The answer to a state is the same, bit for bit, in every batch.
+        States are as they were before standardisation; `actions` (slots, m) holds an action for
+        every point that ever was, see `NeighborIndex.slots`. The answer to a state is the same,
+        bit for bit, in every batch.
         """
 
     def add(self, points: Floats, first: int) -> None:
@@ -141,13 +143,6 @@ class NeighborIndex:
         """
         others = self._others(k, moments, gap)
         return self.search.median_deviations(self._by_slot(actions), k, others)
-
-    def average(self, states: Array, rule: Averaging, actions: Array) -> Array:
-        """Mean actions (rows, m) for states (rows, n) as they are before standardisation.
-
-        `actions` (slots, m) holds an action for every point that ever was, see `slots`.
-        """
-        return self.search.average(states, rule, actions)
 
     def add(self, points: Array) -> None:
         """Put more points behind those there are."""

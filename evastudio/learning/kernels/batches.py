@@ -1,14 +1,10 @@
-"""Searching for many at once, on all processors; a decision for one does without this module.
-
-Waking the other processors pays from about 1,000 queries on.
-"""
+"""Searching for many at once, some at a time; a decision for one does without this module."""
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-from evastudio.learning.kernels.decide import decide_rows
 from evastudio.learning.kernels.lanes import LEAF, address, int32_at, int64_at, put_int32
 from evastudio.learning.kernels.search import query_place, scratch_for, search
 from evastudio.learning.kernels.tree import (
@@ -20,9 +16,6 @@ from evastudio.learning.kernels.tree import (
     SIZE,
     TREE_LEAVES,
 )
-
-CHUNK = 64
-"""Queries that one processor takes at a time."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -39,27 +32,6 @@ def search_rows(tree, queries, first, last, k, squares, neighbors):
             key = scratch[rank]
             squares[row, rank] = np.int32(key >> 32)
             neighbors[row, rank] = np.int32(key)
-
-
-@njit(cache=True, nogil=True, parallel=True)
-def search_many(tree, queries, k, squares, neighbors):
-    """`search_rows` for all rows, on all processors."""
-    rows = len(queries)
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        search_rows(tree, queries, first, min(rows, first + CHUNK), k, squares, neighbors)
-
-
-@njit(cache=True, nogil=True, parallel=True)
-def decide_many(table, states, out):
-    """`decide` on all processors."""
-    if states.shape[1] != int64_at(table, SIZE):
-        return False
-    rows = len(states)
-    for chunk in prange((rows + CHUNK - 1) // CHUNK):
-        first = chunk * CHUNK
-        decide_rows(table, states, first, min(rows, first + CHUNK), out)
-    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,14 +59,14 @@ def search_leaf(tree, leaf, slot, k, moments, gap, scratch):
     return np.int64(number)
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def search_others(tree, leaves, k, moments, gap, found):
-    """For every point the k nearest others that count, to the row of its number in `found`.
+@njit(cache=True, nogil=True, error_model="numpy")
+def search_others(tree, first, last, k, moments, gap, found):
+    """For every point of some leaves the k nearest others that count, by number to `found`.
 
     Points of one leaf follow on each other, so that what one search reads the next has at hand.
     """
-    for leaf in prange(leaves):
-        scratch = scratch_for(int64_at(tree, SIZE), k)
+    scratch = scratch_for(int64_at(tree, SIZE), k)
+    for leaf in range(first, last):
         for slot in range(LEAF):
             number = search_leaf(tree, leaf, slot, k, moments, gap, scratch)
             if number != NONE:
@@ -102,11 +74,11 @@ def search_others(tree, leaves, k, moments, gap, found):
                     found[number, rank] = np.int32(scratch[rank])
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def deviate_all(tree, leaves, k, moments, gap, actions, found):
-    """How far every point's action is from the median of its neighbours', by number to `found`."""
-    for leaf in prange(leaves):
-        scratch = scratch_for(int64_at(tree, SIZE), k)
+@njit(cache=True, nogil=True, error_model="numpy")
+def deviations(tree, first, last, k, moments, gap, actions, found):
+    """As `search_others`, but how far their actions are from the median of the neighbours'."""
+    scratch = scratch_for(int64_at(tree, SIZE), k)
+    for leaf in range(first, last):
         for slot in range(LEAF):
             number = search_leaf(tree, leaf, slot, k, moments, gap, scratch)
             if number != NONE:

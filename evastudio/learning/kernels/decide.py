@@ -35,8 +35,13 @@ _OUT = types.Array(types.float64, 2, "C")
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def decide_rows(table, states, first, last, out):
-    """The actions for the rows of `states` from `first` to `last`, into those of `out`."""
+    """Actions (rows, outputs) for the rows of `states` (rows, size) from `first` to `last`.
+
+    False, and nothing done, where the shapes do not fit.
+    """
     size, outputs = int64_at(table, SIZE), int64_at(table, OUTPUTS)
+    if states.shape[1] != size or out.shape != (len(states), outputs):
+        return False
     k, inverse = int64_at(table, K), int64_at(table, INVERSE) != 0
     offset, scale = int64_at(table, OFFSET), int64_at(table, SCALE)
     actions = int64_at(table, ACTIONS)
@@ -72,18 +77,10 @@ def decide_rows(table, states, first, last, out):
                     actions, number * outputs + component
                 )
             out[row, component] = action
+    return True
 
 
 @njit(types.boolean(types.int64, _STATES, _OUT), cache=True, nogil=True, error_model="numpy")
 def decide(table, states, out):
-    """Actions (rows, outputs) for `states` (rows, size), to `out`.
-
-    False, and nothing done, where the shapes do not fit.
-    """
-    if states.shape[1] != int64_at(table, SIZE) or out.shape != (
-        len(states),
-        int64_at(table, OUTPUTS),
-    ):
-        return False
-    decide_rows(table, states, 0, len(states), out)
-    return True
+    """`decide_rows` for all rows."""
+    return decide_rows(table, states, 0, len(states), out)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 from numpy.typing import NDArray
 
 from evastudio.learning.kernels.lanes import LEAF
+from evastudio.learning.kernels.sharing import share
 from evastudio.learning.kernels.vectors import LANES
 
 Floats = NDArray[np.float32]
@@ -18,6 +20,8 @@ NONE = np.int32(2**31 - 1)
 """Number of no point."""
 SAMPLE = 256
 """Points that are looked at to choose where to split."""
+POINTS_EACH = 10_000
+"""Points that a processor takes at a time when building."""
 (
     SIZE, INNER, NODES, CHILDREN, LEAVES, NUMBERS, TREE_LEAVES, ADDED, ADDED_NUMBERS, ADDED_LEAVES,
     OFFSET, SCALE, ACTIONS, OUTPUTS, K, INVERSE, TABLE,
@@ -53,12 +57,14 @@ def build_tree(points: Floats, numbers: NDArray[np.int64]) -> Tree:
         depth += 1
     points, order = points.copy(), numbers.astype(np.int32)
     bounds = np.array([0, count])
-    for _ in range(depth):
-        bounds = _split(points, order, bounds)
+    for level in range(depth):
+        halves = np.empty((1 << (level + 1)) + 1, np.int64)
+        _share(count, 1 << level, _split, points, order, bounds, halves)
+        bounds = halves
     leaves = np.empty((1 << depth, size, LEAF), np.float32)
     slots = np.empty((1 << depth, LEAF), np.int32)
     boxes = np.empty((1 << depth, 2, size), np.float32)
-    _pack(points, order, bounds, leaves, slots, boxes)
+    _share(count, 1 << depth, _pack, points, order, bounds, leaves, slots, boxes)
     parts: list[Floats] = []
     while True:  # from the lowest level up
         width = min(LANES, len(boxes))
@@ -74,6 +80,12 @@ def build_tree(points: Floats, numbers: NDArray[np.int64]) -> Tree:
     return Tree(np.concatenate(parts), children, leaves, slots)
 
 
+def _share(count: int, nodes: int, kernel: Any, *arrays: Any) -> None:
+    """Run a kernel for all nodes of a level, each processor some thousand points at a time."""
+    step = max(1, POINTS_EACH * nodes // count)
+    share(nodes, step, lambda first, last: kernel(first, last, *arrays))
+
+
 def pack_leaves(points: Floats, numbers: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int32]]:
     """Any points (n, size) and their numbers laid out as the leaves of a tree are, in order."""
     count, size = points.shape
@@ -85,20 +97,17 @@ def pack_leaves(points: Floats, numbers: NDArray[np.int64]) -> tuple[Floats, NDA
     return np.ascontiguousarray(columns), slots.reshape(leaves, LEAF)
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _split(points, order, bounds):
-    """Part the points between every two of `bounds` at their median; the bounds of the halves."""
-    halves = np.empty(2 * len(bounds) - 1, np.int64)
-    halves[-1] = bounds[-1]
-    for node in prange(len(bounds) - 1):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _split(first, last, points, order, bounds, halves):
+    """Part the points between two `bounds` at their median; the bounds of the halves."""
+    for node in range(first, last):
         start, stop = bounds[node], bounds[node + 1]
         middle = (start + stop + 1) >> 1
         _select(points, order, start, stop, middle, _axis(points, start, stop))
-        halves[2 * node], halves[2 * node + 1] = start, middle
-    return halves
+        halves[2 * node], halves[2 * node + 1], halves[2 * node + 2] = start, middle, stop
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _axis(points, start, stop):
     """The component that varies most, by a sample."""
     size = points.shape[1]
@@ -118,7 +127,7 @@ def _axis(points, start, stop):
     return axis
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _select(points, order, start, stop, middle, axis):
     """Reorder rows from start to stop so that none before `middle` exceeds one after it."""
     size = points.shape[1]
@@ -148,11 +157,11 @@ def _select(points, order, start, stop, middle, axis):
             return
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _pack(points, order, bounds, leaves, numbers, boxes):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _pack(first, last, points, order, bounds, leaves, numbers, boxes):
     """Lay the points of every leaf out component by component, and find its box."""
     size = points.shape[1]
-    for leaf in prange(len(bounds) - 1):
+    for leaf in range(first, last):
         start = bounds[leaf]
         held = bounds[leaf + 1] - start
         for slot in range(LEAF):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning.kernels.decide import decide
+from evastudio.learning.kernels.decide import decide, decide_rows
+from evastudio.learning.kernels.sharing import share
 from evastudio.learning.kernels.tree import (
     FAR,
     NONE,
@@ -21,6 +24,9 @@ from evastudio.world.spaces import Array
 
 MANY = 1000
 """Queries from which on it pays to wake the other processors."""
+EACH = 256
+"""Queries that a processor takes at a time."""
+LEAVES_EACH = 64
 WAITING = 512
 """Points that may wait outside the tree, or a sixty-fourth of those in it."""
 
@@ -43,45 +49,54 @@ class TreeSearch:
 
     def nearest(self, queries: Floats, k: int) -> tuple[Floats, Indices]:
         """As `neighbors.Search` says."""
-        from evastudio.learning.kernels.batches import search_many, search_rows  # not to decide
+        from evastudio.learning.kernels.batches import search_rows  # decisions go without
 
         rows = len(queries)
         squares, numbers = np.empty((rows, k), np.int32), np.empty((rows, k), np.int64)
-        if rows < MANY:
-            search_rows(self._address, queries, 0, rows, k, squares, numbers)
-        else:
-            search_many(self._address, queries, k, squares, numbers)
+
+        def work(first: int, last: int) -> None:
+            search_rows(self._address, queries, first, last, k, squares, numbers)
+
+        share(rows, EACH if rows >= MANY else rows, work)
         return squares.view(np.float32), numbers
 
     def nearest_others(self, k: int, others: Others) -> Indices:
         """As `neighbors.Search` says."""
         from evastudio.learning.kernels.batches import search_others
 
+        moments = _moments(others)
         found = np.empty((self._slots, k), np.int64)
-        search_others(self._address, self._leaves, k, _moments(others), others.gap, found)
-        return found if len(self._numbers) == self._slots else found[self._numbers]
+
+        def work(first: int, last: int) -> None:
+            search_others(self._address, first, last, k, moments, others.gap, found)
+
+        share(self._leaves, LEAVES_EACH, work)
+        return np.asarray(self._of_those_left(found))
 
     def median_deviations(self, actions: Array, k: int, others: Others) -> Array:
         """As `neighbors.Search` says."""
-        from evastudio.learning.kernels.batches import deviate_all
+        from evastudio.learning.kernels.batches import deviations
 
+        moments = _moments(others)
         found = np.empty(self._slots)
-        deviate_all(self._address, self._leaves, k, _moments(others), others.gap, actions, found)
-        return found if len(self._numbers) == self._slots else found[self._numbers]
+
+        def work(first: int, last: int) -> None:
+            deviations(self._address, first, last, k, moments, others.gap, actions, found)
+
+        share(self._leaves, LEAVES_EACH, work)
+        return np.asarray(self._of_those_left(found))
 
     def average(self, states: Array, rule: Averaging, actions: Array) -> Array:
         """As `neighbors.Search` says. Raises InvalidInputError for states of another width."""
         asked = self._asked
         if asked is None or asked[0] is not rule or asked[1] is not actions:
             self._ask(rule, actions)
-        out = np.empty((len(states), actions.shape[1]))
-        if len(states) < MANY:
-            fits = decide(self._address, states, out)
-        else:
-            from evastudio.learning.kernels.batches import decide_many
-
-            fits = decide_many(self._address, states, out)
-        if not fits:
+        rows = len(states)
+        out = np.empty((rows, self._outputs))
+        if rows >= MANY and states.shape[1] == self._points.shape[1]:
+            table = self._address
+            share(rows, EACH, lambda first, last: decide_rows(table, states, first, last, out))
+        elif not decide(self._address, states, out):
             raise InvalidInputError(
                 f"The states have shape {states.shape}; expected (rows, {self._points.shape[1]})."
             )
@@ -113,6 +128,9 @@ class TreeSearch:
         else:
             self._pack_waiting()
 
+    def _of_those_left(self, found: Any) -> Any:
+        return found if len(self._numbers) == self._slots else found[self._numbers]
+
     def _rebuild(self) -> None:
         self._tree: Tree = build_tree(self._points, self._numbers)
         self._slots = int(self._numbers[-1]) + 1
@@ -143,6 +161,7 @@ class TreeSearch:
             rule.offset.ctypes.data, rule.scale.ctypes.data, actions.ctypes.data,
             actions.shape[1], rule.k, rule.inverse,
         )  # fmt: skip
+        self._outputs = actions.shape[1]
         self._asked = rule, actions
 
 
