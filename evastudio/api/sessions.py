@@ -87,8 +87,7 @@ def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
     """Fit a policy to the kept pairs, without marked conflicts; a job."""
     record = _need_pairs(session, studio)
     scene = headless.make_scene(studio.workspace, record.scene)
-    scene.perception(body.perception)
-    learner = find_learner(body.learner, scene.action)
+    learner = find_learner(body.learner, scene.chosen(scene.perception(body.perception)))
     name = checked_policy_name(body.name or policy_name_from(f"{record.name} {learner}"))
     job = studio.jobs.submit(
         "fit",

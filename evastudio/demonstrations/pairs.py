@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
+from evastudio.world.cast import of_lead
 from evastudio.world.scene import Perception
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
@@ -44,8 +45,8 @@ def perceive_take(perception: Perception, snapshots: Snapshot, actions: Array, t
     """The pairs of one take: `snapshots` holds its moments along the worlds axis."""
     percept = perception.perceive(snapshots)
     return Pairs(
-        percept.states,
-        perception.to_own(percept.frame, actions),
+        of_lead(snapshots, percept.states),
+        of_lead(snapshots, perception.to_own(percept.frame, actions)),
         np.full(len(actions), take, dtype=np.int64),
         np.arange(len(actions), dtype=np.int64),
     )

@@ -27,7 +27,8 @@ CLOSE_S = 10.0
 RETRY_S = 0.1
 
 Row = tuple[Array, Array, Snapshot]
-"""State (1, n), action (1, m) and moment of one decision step."""
+"""State (1, n), action (1, m), or those of all characters (1, characters, m), and moment of one
+decision step."""
 
 
 @dataclass
@@ -90,7 +91,10 @@ class Recorder:
         self._take = _Running(scene, seed, pilot, name, snapshot, now)
 
     def add(self, state: Array, action: Array, snapshot: Snapshot) -> None:
-        """One pair and the moment it belongs to: rows of shape (1, n) and (1, m)."""
+        """One pair and the moment it belongs to: rows of shape (1, n) and (1, m).
+
+        Of many characters the state is the lead's, and the actions are those of all.
+        """
         take = self._take
         if take is None:
             return

@@ -38,7 +38,8 @@ def fit_policy(
     a learner, pairs or settings that cannot be used.
     """
     view = scene.perception(perception) if not isinstance(perception, Perception) else perception
-    learner = find_learner(learner, scene.action)
+    chosen = scene.chosen(view)
+    learner = find_learner(learner, chosen)
     fitted = LEARNERS[learner]()
     for name, value in (settings or {}).items():
         if name not in fitted.get_params():
@@ -51,7 +52,7 @@ def fit_policy(
             "There are no pairs to learn from. Record a take first, or clean less strictly."
         )
     view.state.check(pairs.states, "states of the pairs")
-    scene.action.check(pairs.actions, "actions of the pairs")
+    chosen.check(pairs.actions, "actions of the pairs")
     fitted.check_settings()
     if not is_compiled():
         progress(0.0, "Getting ready, once on this machine: half a minute")
@@ -60,7 +61,7 @@ def fit_policy(
     fitted.learn(
         pairs.states,
         pairs.actions,
-        scene.action,
+        chosen,
         lambda share: progress(share, "Fitting the action"),
     )
     progress(1.0, "Fitted")
@@ -71,7 +72,7 @@ def fit_policy(
         scene=scene.identity(),
         perception=view.name,
         state=view.state,
-        action=scene.action,
+        action=chosen,
         pairs=len(pairs),
         fingerprint=fingerprint(pairs),
         session=session,

@@ -34,9 +34,11 @@ from evastudio.learning.compiled import ensure_compiled
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy import find_learner
 from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
+from evastudio.pilots.lead import LeadPilot
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
 from evastudio.workspace import Workspace
+from evastudio.world.cast import of_lead
 from evastudio.world.loading import find_scene, find_scenes
 from evastudio.world.rollout import Pilot, roll_out
 from evastudio.world.scene import Scene, world_seeds
@@ -84,7 +86,7 @@ def record(
             f"The time is {minutes} minutes; it must be more than 0 and at most {MAX_MINUTES:g}."
         )
     place = make_scene(workspace, scene, options)
-    actor = find_pilot(pilot)
+    actor = LeadPilot(find_pilot(pilot))
     left = round(minutes * 60.0 / place.dt_s)
     total = left
     outcomes: Counter[str] = Counter()
@@ -99,7 +101,8 @@ def record(
         recorder = Recorder(store, number)
 
         def watch(_: NDArray[np.int64], snapshot: Snapshot, actions: Array) -> None:
-            recorder.add(perception.perceive(snapshot).states, actions, snapshot)
+            seen = of_lead(snapshot, perception.perceive(snapshot).states)
+            recorder.add(seen, actions, snapshot)
 
         while left > 0:
             world = world_seeds(seed, takes + 1)[-1]
@@ -210,7 +213,7 @@ def fit(
         scene, pairs = session_pairs(workspace, store, chosen, perception)
         marks = store.marks(chosen.id)
         identity = store.identity
-    learner = find_learner(learner, scene.action)
+    learner = find_learner(learner, scene.chosen(scene.perception(perception)))
     keep = np.ones(len(pairs), dtype=bool)
     for take, mask in marks.items():
         rows = np.flatnonzero(pairs.takes == take)[: len(mask)]

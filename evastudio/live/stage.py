@@ -9,6 +9,7 @@ from enum import StrEnum
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.errors import ConflictError
 from evastudio.live.inputs import HeldKeys
+from evastudio.world.cast import for_all, of_lead
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
@@ -251,10 +252,12 @@ class Stage:
         if self._pilot is not None:
             actions, self._memory = self._pilot.act(self.scene, self._after, self._memory)
         else:
-            actions = self.keys.read(at - self.scene.dt_s, at)
-        actions = self.scene.action.clip(self.scene.action.check(actions, "actions chosen"))
+            keys = self.keys.read(at - self.scene.dt_s, at)
+            actions = for_all(self.scene, self._after, keys)
+        sound = self.scene.action.check(actions.reshape(-1, actions.shape[-1]), "actions chosen")
+        actions = self.scene.action.clip(sound).reshape(actions.shape)
         if self.phase is Phase.RECORDING and self.recorder is not None:
-            states = self.scene.perception().perceive(self._after).states
+            states = of_lead(self._after, self.scene.perception().perceive(self._after).states)
             self.recorder.add(states, actions, self._after)
         self._before, self._after = self._after, self.scene.step(self._after, actions)
         self._steps_here += 1

@@ -46,7 +46,8 @@ class PolicyPilot(Pilot):
                 f"does not offer (it has {', '.join(scene.perceptions)}). Fit it again."
             )
         view = scene.perceptions[policy.perception]
-        if view.state.names != policy.state.names or scene.action.names != policy.action.names:
+        given = scene.chosen(view)
+        if view.state.names != policy.state.names or given.names != policy.action.names:
             raise ConflictError(
                 f"The policy expects the state {', '.join(policy.state.names)} and gives "
                 f"{', '.join(policy.action.names)}; perception {view.name!r} of scene "
@@ -65,10 +66,13 @@ class PolicyPilot(Pilot):
         self.check(scene)
         view = scene.perceptions[self.policy.perception]
         percept = view.perceive(snapshot)
+        everybody = percept.states.shape[:-1]
+        states = percept.states.reshape(-1, percept.states.shape[-1])
         if self.policy.learner.draws:
-            draws = uniforms(memory["seed"], memory["step"], _LUCK)[:, 0]
-            actions = self.policy.learner.decide(percept.states, draws)
+            count = len(states) // snapshot.worlds
+            draws = uniforms(memory["seed"], memory["step"], _LUCK, count).reshape(-1)
+            actions = self.policy.learner.decide(states, draws)
             memory = {**memory, "step": memory["step"] + 1}
         else:
-            actions = self.policy.learner.decide(percept.states)
-        return view.to_world(percept.frame, actions), memory
+            actions = self.policy.learner.decide(states)
+        return view.to_world(percept.frame, actions.reshape(*everybody, -1)), memory

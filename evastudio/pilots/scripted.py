@@ -37,15 +37,15 @@ class ScriptedPilot(Pilot):
     name: str = "scripted"
 
     def begin(self, scene: Scene, seeds: Sequence[int]) -> Memory:
-        worlds, size = len(seeds), scene.action.size
+        worlds, shape = len(seeds), (*scene.characters, scene.action.size)
         return {
             "seed": np.array([seed % 2**64 for seed in seeds], dtype=np.uint64),
             "step": np.zeros(worlds, dtype=np.int64),
-            "tremor": np.zeros((worlds, size)),
+            "tremor": np.zeros((worlds, *shape)),
             "wrong": np.zeros(worlds, dtype=np.int64),
             "resting": np.zeros(worlds, dtype=np.int64),
-            "owed": np.zeros((worlds, size)),
-            "done": np.zeros((worlds, self._longest + 1, size)),
+            "owed": np.zeros((worlds, *shape)),
+            "done": np.zeros((worlds, self._longest + 1, *shape)),
         }
 
     @property
@@ -62,17 +62,17 @@ class ScriptedPilot(Pilot):
         want = (scene.intention(seen, **traits.intention) - middle) / half
         seed, step = memory["seed"], memory["step"]
         wrong = self._burst(after, "wrong", traits.mistakes_per_minute, traits.mistake_steps, scene)
-        want = np.where(wrong[:, None], -want, want)
+        want = np.where(_beside(wrong, want), -want, want)
         rests = self._burst(
             after, "resting", traits.indecision_per_minute, traits.indecision_steps, scene
         )
-        want = np.where(rests[:, None], 0.0, want)
+        want = np.where(_beside(rests, want), 0.0, want)
         last = memory["done"][:, 0]
         turns = isinstance(scene.action, Box)  # a symbol is chosen as a whole
         if turns and traits.smoothing:
             want = traits.smoothing * last + (1.0 - traits.smoothing) * want
         if turns and traits.tremor:
-            fresh = normals(seed, step, _TREMOR, scene.action.size)
+            fresh = normals(seed, step, _TREMOR, want[0].size).reshape(want.shape)
             fresh = fresh * (traits.tremor * np.sqrt(1.0 - TREMOR_MEMORY**2))
             after["tremor"] = TREMOR_MEMORY * memory["tremor"] + fresh
             want = want + after["tremor"]
@@ -150,9 +150,13 @@ def _where(mask: NDArray[np.bool_], yes: Snapshot, no: Snapshot) -> Snapshot:
     """World by world one or the other; what is fixed must be the same in both."""
     moving = {}
     for name, array in yes.moving.items():
-        wide = mask.reshape(-1, *(1 for _ in array.shape[1:]))
-        moving[name] = np.where(wide, array, no.moving[name])
+        moving[name] = np.where(_beside(mask, array), array, no.moving[name])
     return Snapshot(no.fixed, moving)
+
+
+def _beside(mask: NDArray[np.bool_], array: AnyArray) -> NDArray[np.bool_]:
+    """`mask` (worlds,) with as many axes as `array` (worlds, ...)."""
+    return mask.reshape(-1, *(1 for _ in array.shape[1:]))
 
 
 def pilot_names() -> list[str]:

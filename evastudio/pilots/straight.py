@@ -16,4 +16,5 @@ class StraightPilot(Pilot):
     name = "straight"
 
     def act(self, scene: Scene, snapshot: Snapshot, memory: Memory) -> tuple[Array, Memory]:
-        return scene.action.clip(np.zeros((snapshot.worlds, scene.action.size))), memory
+        shape = (snapshot.worlds, *scene.characters, scene.action.size)
+        return scene.action.clip(np.zeros(shape)), memory

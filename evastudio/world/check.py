@@ -107,7 +107,7 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
         for name, view in scene.perceptions.items():
             for step, snapshot in enumerate(_walk(scene, seeds, seed)[:STEPS]):
                 percept = view.perceive(snapshot)
-                shape = (WORLDS, view.state.size)
+                shape = (WORLDS, *scene.characters, view.state.size)
                 _need(
                     percept.states.shape == shape,
                     f"{name}: states have shape {percept.states.shape}, expected {shape}",
@@ -115,11 +115,19 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
                 _need(bool(np.isfinite(percept.states).all()), f"{name}: a state is not finite")
                 inside = (percept.states >= view.state.low) & (percept.states <= view.state.high)
                 if not inside.all():
-                    outside = view.state.names[int(np.argmin(inside.all(axis=0)))]
+                    whole = inside.reshape(-1, view.state.size).all(axis=0)
+                    outside = view.state.names[int(np.argmin(whole))]
                     raise AssertionError(f"{name}: {outside!r} leaves the range it declares")
-                back = view.to_world(percept.frame, view.to_own(percept.frame, actions[step]))
-                close = np.allclose(back, actions[step], rtol=1e-9, atol=1e-9)
-                _need(close, f"{name}: to_world does not undo to_own")
+                own = view.to_own(percept.frame, actions[step])
+                shape = (WORLDS, *scene.characters, scene.chosen(view).size)
+                _need(own.shape == shape, f"{name}: to_own gives {own.shape}, expected {shape}")
+                back = view.to_own(percept.frame, view.to_world(percept.frame, own))
+                close = np.allclose(back, own, rtol=1e-9, atol=1e-9)
+                _need(close, f"{name}: to_own does not undo to_world")
+                if view.action is None:
+                    back = view.to_world(percept.frame, own)
+                    close = np.allclose(back, actions[step], rtol=1e-9, atol=1e-9)
+                    _need(close, f"{name}: to_world does not undo to_own")
                 for row in range(WORLDS):
                     alone = view.perceive(snapshot.take(slice(row, row + 1))).states[0]
                     equal = np.array_equal(alone, percept.states[row])
@@ -150,7 +158,7 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
             actions = scene.intention(scene.worlds(seeds))
         except NotFoundError:
             return  # a scene without scripted demonstrators is a scene all the same
-        shape = (WORLDS, scene.action.size)
+        shape = (WORLDS, *scene.characters, scene.action.size)
         _need(actions.shape == shape, f"intention has shape {actions.shape}, expected {shape}")
         _need(bool(np.isfinite(actions).all()), "intention is not finite")
 
@@ -166,7 +174,8 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
 
 def _actions(scene: Scene, seed: int, worlds: int, steps: int) -> Array:
     rng = np.random.default_rng([seed, 1])
-    return scene.action.at(rng.uniform(0.0, 1.0, (steps, worlds, scene.action.size)))
+    shape = (steps, worlds, *scene.characters, scene.action.size)
+    return scene.action.at(rng.uniform(0.0, 1.0, shape))
 
 
 def _walk(scene: Scene, seeds: list[int], seed: int, row: int | None = None) -> list[Snapshot]:

@@ -10,6 +10,7 @@ from gymnasium import spaces
 
 from evastudio.errors import InvalidInputError
 from evastudio.workspace import shipped
+from evastudio.world.cast import for_all, of_lead
 from evastudio.world.loading import find_scene
 from evastudio.world.scene import Scene
 from evastudio.world.spaces import Array, Symbols
@@ -18,7 +19,8 @@ from evastudio.world.spaces import Array, Symbols
 class SceneEnvironment(gymnasium.Env):
     """One world of a scene. Observations are states of a perception, actions are in its frame.
 
-    Actions that are symbols are given as their codes. The reward is the gain in progress, plus 1
+    Actions that are symbols are given as their codes. Of many characters the lead acts, and the
+    others rest. The reward is the gain in progress, plus 1
     for an end that is a success and minus 1 for any other end.
     """
 
@@ -36,10 +38,11 @@ class SceneEnvironment(gymnasium.Env):
         self.perception = scene.perception(perception)
         state = self.perception.state
         self.observation_space = spaces.Box(state.low, state.high, dtype=np.float64)
+        self.chosen = scene.chosen(self.perception)
         self.action_space: spaces.Space[Any] = (
-            spaces.Discrete(len(scene.action.names))
-            if isinstance(scene.action, Symbols)
-            else spaces.Box(scene.action.low, scene.action.high, dtype=np.float64)
+            spaces.Discrete(len(self.chosen.names))
+            if isinstance(self.chosen, Symbols)
+            else spaces.Box(self.chosen.low, self.chosen.high, dtype=np.float64)
         )
 
     def reset(
@@ -53,10 +56,12 @@ class SceneEnvironment(gymnasium.Env):
 
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         actions = np.asarray(action, dtype=np.float64).reshape(1, -1)
-        actions = self.scene.action.check(actions, "actions")
+        actions = self.chosen.check(actions, "actions")
         before = self.scene.progress(self._snapshot)[0]
         turned = self.perception.to_world(self._frame, actions)
-        self._snapshot = self.scene.step(self._snapshot, turned)
+        self._snapshot = self.scene.step(
+            self._snapshot, for_all(self.scene, self._snapshot, turned)
+        )
         outcome = self.scene.outcomes[int(self.scene.outcome(self._snapshot)[0])]
         ended = outcome != self.scene.outcomes[0]
         reward = float(self.scene.progress(self._snapshot)[0] - before)
@@ -66,6 +71,6 @@ class SceneEnvironment(gymnasium.Env):
 
     def _observe(self) -> Array:
         percept = self.perception.perceive(self._snapshot)
-        self._frame = percept.frame
-        state: Array = percept.states[0]
+        self._frame = of_lead(self._snapshot, percept.frame)
+        state: Array = of_lead(self._snapshot, percept.states)[0]
         return state

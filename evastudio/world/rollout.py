@@ -28,7 +28,10 @@ class Pilot(ABC):
 
     @abstractmethod
     def act(self, scene: Scene, snapshot: Snapshot, memory: Memory) -> tuple[Array, Memory]:
-        """Actions (worlds, action size) in the world's frame, and the memory for the next step."""
+        """Actions (worlds, action size) in the world's frame, and the memory for the next step.
+
+        In a scene of many characters the actions of all, (worlds, characters, action size).
+        """
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,9 @@ def roll_out(
         snapshot = scene.step(snapshot, actions)
         steps[alive] += 1
         if last is not None:
-            change[alive] += scene.action.change(last, actions)
+            size = scene.action.size
+            changes = scene.action.change(last.reshape(-1, size), actions.reshape(-1, size))
+            change[alive] += changes.reshape(len(alive), -1).mean(axis=1)
         now = scene.outcome(snapshot)
         outcomes[alive] = now
         going = now == 0

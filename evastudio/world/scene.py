@@ -55,9 +55,10 @@ class Percept:
     """What a batch of characters perceives."""
 
     states: Array
-    """Shape (worlds, state size)."""
+    """Shape (worlds, state size), or (worlds, characters, state size)."""
     frame: AnyArray
-    """Shape (worlds, ...): what `to_own` and `to_world` need to turn actions, and nothing else."""
+    """Shape (worlds, ...), with an axis for characters where states have one: what `to_own` and
+    `to_world` need to turn actions, and nothing else."""
 
 
 class Perception(ABC):
@@ -68,6 +69,8 @@ class Perception(ABC):
     """One sentence for people who choose between perceptions."""
     state: Box
     """The state, field by field."""
+    action: Space | None = None
+    """What is chosen under it, in the character's own frame; None: what the scene's action is."""
 
     @abstractmethod
     def perceive(self, snapshot: Snapshot) -> Percept:
@@ -110,6 +113,10 @@ class Scene(ABC):
     perceptions: Mapping[str, Perception]
     """By name; the first is the default."""
     look: ClassVar[Look]
+    characters: tuple[int, ...] = ()
+    """Empty where one character acts alone. Where many share a world, how many, and actions have
+    the shape (worlds, characters, action size), states likewise, and snapshots hold `lead`
+    (worlds,): which of them the animator guides."""
 
     def __init__(self, **values: float) -> None:
         """A scene with `values` for its options; the others take their defaults.
@@ -140,7 +147,8 @@ class Scene(ABC):
 
     @abstractmethod
     def step(self, snapshot: Snapshot, actions: Array) -> Snapshot:
-        """The worlds one decision step later. `actions` has shape (worlds, action size)."""
+        """The worlds one decision step later. `actions` has shape (worlds, action size), with an
+        axis for `characters` between where there are many."""
 
     @abstractmethod
     def outcome(self, snapshot: Snapshot) -> NDArray[np.int64]:
@@ -182,6 +190,10 @@ class Scene(ABC):
         return Snapshot(after.fixed, mixed)
 
     # -- what the studio itself needs of any scene ---------------------------------------------
+
+    def chosen(self, perception: Perception) -> Space:
+        """What is chosen under `perception`: its own kind of action, or the scene's."""
+        return self.action if perception.action is None else perception.action
 
     def perception(self, name: str | None = None) -> Perception:
         """The perception of that name, or the default. Raises NotFoundError."""
