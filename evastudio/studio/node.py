@@ -102,10 +102,9 @@ class Node:
             self._vary(body)
 
     def _vary(self, body: Instances) -> None:
-        """Send sizes and colours where they are others than before, which they seldom are."""
-        if not np.array_equal(body.scales, self._handle.batched_scales):
-            self._handle.batched_scales = body.scales
-        if body.colors is not None and not np.array_equal(body.colors, self._handle.batched_colors):
+        """Sizes and colours, which viser sends where they are others than before."""
+        self._handle.batched_scales = body.scales
+        if body.colors is not None:
             self._handle.batched_colors = body.colors
 
     def remove(self) -> None:
