@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
 from evastudio.world.cast import of_lead
-from evastudio.world.scene import Perception
+from evastudio.world.scene import Percept, Perception
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
@@ -41,15 +41,65 @@ class Pairs:
         return Pairs(self.states[mask], self.actions[mask], self.takes[mask], self.steps[mask])
 
 
-def perceive_take(perception: Perception, snapshots: Snapshot, actions: Array, take: int) -> Pairs:
-    """The pairs of one take: `snapshots` holds its moments along the worlds axis."""
-    percept = perception.perceive(snapshots)
-    return Pairs(
-        of_lead(snapshots, percept.states),
-        of_lead(snapshots, perception.to_own(percept.frame, actions)),
-        np.full(len(actions), take, dtype=np.int64),
-        np.arange(len(actions), dtype=np.int64),
-    )
+@dataclass(frozen=True)
+class SeenTake:
+    """One take as a perception shows it, before it is said which state an action answered."""
+
+    perception: Perception
+    percept: Percept
+    """What was perceived at each step."""
+    moments: Snapshot
+    """The moving part of its snapshots."""
+    actions: Array
+    """What was done then, in the world's frame, leading axis steps; of all where many act."""
+    take: int
+
+    def __len__(self) -> int:
+        return len(self.actions)
+
+    def pairs(self, delay_steps: int = 0) -> Pairs:
+        """Each action with the state `delay_steps` before it, in the frame of that moment.
+
+        A pair's step is that of its action; the first `delay_steps` actions answer nothing that
+        was recorded and are left out.
+        """
+        steps = np.arange(min(delay_steps, len(self)), len(self), dtype=np.int64)
+        seen = steps - delay_steps
+        then = self.moments.take(seen)
+        own = self.perception.to_own(self.percept.frame[seen], self.actions[steps])
+        return Pairs(
+            of_lead(then, self.percept.states[seen]),
+            of_lead(then, own),
+            np.full(len(steps), self.take, dtype=np.int64),
+            steps,
+        )
+
+
+def see_take(perception: Perception, snapshots: Snapshot, actions: Array, take: int) -> SeenTake:
+    """One take through `perception`: `snapshots` holds its moments along the worlds axis."""
+    moments = Snapshot({}, snapshots.moving)
+    return SeenTake(perception, perception.perceive(snapshots), moments, actions, take)
+
+
+def perceive_take(
+    perception: Perception, snapshots: Snapshot, actions: Array, take: int, delay_steps: int = 0
+) -> Pairs:
+    """The pairs of one take; see `SeenTake.pairs`."""
+    return see_take(perception, snapshots, actions, take).pairs(delay_steps)
+
+
+def answered_pairs(pairs: Pairs, delay_steps: int) -> Pairs:
+    """Each action of finished `pairs` with the state `delay_steps` before it in its take.
+
+    For data without snapshots, whose actions are in one frame all along. The rows of a take must
+    be in order; actions whose state is not among the pairs are left out.
+    """
+    late = np.arange(min(delay_steps, len(pairs)), len(pairs))
+    seen = late - delay_steps
+    same = pairs.takes[late] == pairs.takes[seen]
+    same &= pairs.steps[late] - pairs.steps[seen] == delay_steps
+    late, seen = late[same], seen[same]
+    return Pairs(pairs.states[seen], pairs.actions[late], pairs.takes[late], pairs.steps[late])
 
 
 def join_pairs(parts: Sequence[Pairs]) -> Pairs:
