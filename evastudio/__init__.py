@@ -1,6 +1,6 @@
 """EVA Studio: policies for virtual characters, learned from demonstrations.
 
-The same functions as the command line: `record`, `sessions`, `clean`, `fit`, `evaluate`,
+The same functions as the command line: `record`, `sessions`, `clean`, `tune`, `fit`, `evaluate`,
 `scenes`, `check`; each but `check` takes a `Workspace` first. Importing the package registers
 every shipped scene with Gymnasium: `gymnasium.make("evastudio/Asteroids-v0")`.
 """
@@ -17,6 +17,7 @@ from evastudio.workspace import shipped
 if TYPE_CHECKING:
     from evastudio.learning.policy_files import load_policy, save_policy
     from evastudio.live.headless import clean, evaluate, fit, record, scenes, sessions
+    from evastudio.live.tuning import tune
     from evastudio.workspace import Workspace
     from evastudio.world.check import check_file as check
 
@@ -33,6 +34,7 @@ _FROM = {
     "save_policy": "evastudio.learning.policy_files",
     "scenes": "evastudio.live.headless",
     "sessions": "evastudio.live.headless",
+    "tune": "evastudio.live.tuning",
 }
 
 __all__ = [
@@ -46,6 +48,7 @@ __all__ = [
     "save_policy",
     "scenes",
     "sessions",
+    "tune",
 ]
 
 

@@ -190,13 +190,51 @@ def clean(
 
 
 @app.command()
+def tune(
+    session: Annotated[str, typer.Argument(help="Id or name of a session.")],
+    learner: Annotated[
+        str, typer.Option(help="Tune one learner; auto compares all that suit.")
+    ] = "auto",
+    perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """Try learners and settings on takes held out whole, and report what each gave.
+
+    `fit --learner auto` does the same and fits what was chosen.
+    """
+    from evastudio.live.tuning import tune
+
+    with _bar(json_output) as progress:
+        result = tune(
+            Workspace(workspace, store),
+            session,
+            learner=learner,
+            perception=perception,
+            progress=progress,
+        )
+    if json_output:
+        _print(result, True)
+        return
+    print("\n".join(result["sentences"]), end="\n\n")
+    rows = [{"learner": name, "error": result[name]} for name in ("constant", "linear")]
+    rows += sorted(result["trials"], key=lambda row: row["error"])
+    blank = {"settings": None, "threshold": None, "typical": None}
+    columns = ("learner", "settings", "threshold", "error", "typical")
+    _print([{**blank, **row} for row in rows], False, columns)
+    takes = [{"take": take, **errors} for take, errors in result["by_take"].items()]
+    _print(takes, False, ("take", "chosen", "constant", "linear"))
+
+
+@app.command()
 def fit(
     session: Annotated[str, typer.Argument(help="Id or name of a session.")],
     learner: Annotated[
         str | None,
         typer.Option(
             help="svr (smooth, the default), knn (exact), local-linear, sampled (as varied as "
-            "shown); voting where actions are symbols."
+            "shown); voting where actions are symbols; auto (chosen for you)."
         ),
     ] = None,
     perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
@@ -225,7 +263,10 @@ def fit(
             name=name,
             progress=progress,
         )
+    report = [] if json_output else result.pop("report")
     _print(result, json_output)
+    if report:
+        print("\n" + "\n".join(report))
 
 
 @app.command()

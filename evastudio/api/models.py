@@ -118,6 +118,11 @@ class CleanIn(Model):
     threshold: Annotated[float, Field(gt=0.0, le=10.0)] | Literal["auto"] | None = None
 
 
+class TuneIn(Model):
+    learner: Name | None = None
+    perception: Name | None = None
+
+
 class FitIn(Model):
     learner: Name | None = None
     perception: Name | None = None
@@ -146,6 +151,8 @@ class PolicyOut(BaseModel):
     pairs: int | None
     session: str | None
     """Name of the session it was fitted to."""
+    report: list[str]
+    """What tuning said of it, for people; empty where the learner was not chosen by it."""
     made_by: str | None
     created: str | None
     shipped: bool

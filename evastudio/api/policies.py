@@ -57,6 +57,7 @@ def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) ->
         settings=header.get("settings") or {},
         pairs=header.get("pairs"),
         session=extra.get("session_name"),
+        report=(extra.get("tuning") or {}).get("sentences") or [],
         made_by=header.get("made_by"),
         created=header.get("created"),
         shipped=entry.path.parent.resolve() != studio.workspace.policies.resolve(),

@@ -8,12 +8,23 @@ import time
 from fastapi import APIRouter, status
 
 from evastudio.api.context import Studio
-from evastudio.api.models import CleanIn, FitIn, JobOut, Page, SessionIn, SessionOut, TakeOut
+from evastudio.api.models import (
+    CleanIn,
+    FitIn,
+    JobOut,
+    Page,
+    SessionIn,
+    SessionOut,
+    TakeOut,
+    TuneIn,
+)
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.learning.catalog import checked_policy_name, policy_name_from
 from evastudio.learning.policy import find_learner
+from evastudio.learning.tuning import AUTO
 from evastudio.live import headless
+from evastudio.live.tuning import tune
 
 router = APIRouter(tags=["sessions"])
 
@@ -82,12 +93,23 @@ def undo_cleaning(session: int, studio: Studio) -> SessionOut:
     return SessionOut.model_validate(studio.store.session(session))
 
 
+@router.post("/sessions/{session}/tune", status_code=status.HTTP_202_ACCEPTED)
+def tune_session(session: int, body: TuneIn, studio: Studio) -> JobOut:
+    """Try learners and settings on takes held out whole; a job whose result is the report."""
+    _need_pairs(session, studio)
+    job = studio.jobs.submit(
+        "tune", tune, session, workspace=studio.workspace, **body.model_dump(exclude_none=True)
+    )
+    return JobOut.model_validate(job)
+
+
 @router.post("/sessions/{session}/fit", status_code=status.HTTP_202_ACCEPTED)
 def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
     """Fit a policy to the kept pairs, without marked conflicts; a job."""
     record = _need_pairs(session, studio)
     scene = headless.make_scene(studio.workspace, record.scene)
-    learner = find_learner(body.learner, scene.chosen(scene.perception(body.perception)))
+    space = scene.chosen(scene.perception(body.perception))
+    learner = AUTO if body.learner == AUTO else find_learner(body.learner, space)
     name = checked_policy_name(body.name or policy_name_from(f"{record.name} {learner}"))
     job = studio.jobs.submit(
         "fit",

@@ -156,12 +156,14 @@ class Tuning:
         return "Taking out contradicting moves made no difference that these takes can show."
 
     def to_json(self) -> dict[str, Any]:
-        """Everything, as JSON holds it."""
+        """Everything, as JSON holds it, errors to six digits."""
+        whole: dict[str, Any] = _rounded(self._json())
+        return whole
+
+    def _json(self) -> dict[str, Any]:
         return {
             **asdict(self),
             "by_take": {str(take): dict(errors) for take, errors in self.by_take.items()},
-            "cleaning": None if self.cleaning is None else list(self.cleaning),
-            "learning": [list(point) for point in self.learning],
             "trials": [
                 {**row.candidate.to_json(), "error": row.error, "typical": row.typical}
                 for row in self.trials
@@ -175,3 +177,11 @@ def _percent(before: float, after: float) -> str:
     """By how much an error fell, as a person reads it."""
     share = 100.0 * (1.0 - after / before) if before > 0.0 else 0.0
     return "less than 1 %" if share < 1.0 else f"{share:.0f} %"
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f"{value:.6g}")
+    if isinstance(value, Mapping):
+        return {key: _rounded(part) for key, part in value.items()}
+    return [_rounded(part) for part in value] if isinstance(value, list | tuple) else value

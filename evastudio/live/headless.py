@@ -18,9 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evastudio.demonstrations.pairs import Pairs, join_pairs, perceive_take
 from evastudio.demonstrations.recorder import Recorder
-from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, StorageError, not_found
 from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
@@ -34,6 +32,9 @@ from evastudio.learning.compiled import ensure_compiled
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy import find_learner
 from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
+from evastudio.learning.tuning import AUTO
+from evastudio.live.perceiving import session_pairs
+from evastudio.live.tuning import tune_session
 from evastudio.pilots.lead import LeadPilot
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
@@ -136,27 +137,6 @@ def sessions(workspace: Workspace, scene: str | None = None) -> list[dict[str, A
         return [asdict(session) for session in store.sessions(scene)]
 
 
-def session_pairs(
-    workspace: Workspace, store: Store, session: SessionRecord, perception: str | None
-) -> tuple[Scene, Pairs]:
-    """The pairs of a session's kept takes, as `perception` gives them, and their scene."""
-    kind = find_scene(session.scene, workspace.scene_folders)
-    scene = kind()
-    parts = []
-    for take in store.takes(session.id):
-        if take.pairs:
-            scene = kind(**take.options)
-            data = store.load_take(take.id)
-            view = scene.perception(perception)
-            parts.append(perceive_take(view, data.snapshots, data.actions, take.id))
-    if not parts:
-        scene.perception(perception)
-        raise InvalidInputError(
-            f"Session {session.name!r} has no pairs: no take is kept. Record a take first."
-        )
-    return scene, join_pairs(parts)
-
-
 def clean(
     workspace: Workspace,
     session: int | str,
@@ -204,16 +184,23 @@ def fit(
 ) -> dict[str, Any]:
     """Fit a policy to the kept pairs of a session, without those a cleaning marked.
 
-    Without a `learner` it is the one that suits the scene's actions best. It is written to the
+    Without a `learner` it is the one that suits the scene's actions best; `auto` is the one that
+    `tune` chooses, with its settings, and the policy then keeps the report. It is written to the
     file `out`, or as `name` into the workspace's policies.
     """
+    if learner == AUTO and settings:
+        raise InvalidInputError(
+            f"Settings were given ({', '.join(settings)}) and are to be chosen too. Name a learner "
+            f"for your settings, or leave them to {AUTO!r}."
+        )
     with Store(workspace.ready().store_url) as store:
         chosen = store.session(session)
         progress(0.0, "Reading the takes")
         scene, pairs = session_pairs(workspace, store, chosen, perception)
         marks = store.marks(chosen.id)
         identity = store.identity
-    learner = find_learner(learner, scene.chosen(scene.perception(perception)))
+    if learner != AUTO:
+        learner = find_learner(learner, scene.chosen(scene.perception(perception)))
     keep = np.ones(len(pairs), dtype=bool)
     for take, mask in marks.items():
         rows = np.flatnonzero(pairs.takes == take)[: len(mask)]
@@ -233,17 +220,25 @@ def fit(
             "fit", chosen.name, learner=learner, perception=perception, set=settings, out=path.name
         )
     )
+    tuning = found = None
+    if learner == AUTO:
+        tuning = tune_session(workspace, chosen, perception=perception, progress=progress)
+        learner, settings = tuning.chosen.learner, tuning.chosen.settings
+        if cleaning is None and tuning.chosen.threshold is not None:
+            found = clean_pairs(pairs, scene, threshold=tuning.chosen.threshold)
+            cleaning = {"neighbors": N_NEIGHBORS, **found.report()}
     policy = fit_policy(
         pairs.keep(keep),
         scene,
         perception,
         learner,
         settings,
+        cleaning=found,
         session=chosen.id,
         takes=[int(take) for take in np.unique(pairs.takes)],
         made_by=" && ".join(steps),
         created=datetime.fromtimestamp(clock(), UTC).isoformat(timespec="seconds"),
-        progress=lambda share, doing: progress(0.2 + 0.75 * share, doing),
+        progress=silent if tuning else lambda share, doing: progress(0.2 + 0.75 * share, doing),
     )
     policy = replace(
         policy,
@@ -253,6 +248,7 @@ def fit(
             "session_name": chosen.name,
             "pairs_before_cleaning": len(pairs),
             "cleaning_id": None if chosen.cleaning is None else chosen.cleaning.id,
+            **({} if tuning is None else {"tuning": tuning.to_json()}),
         },
     )
     save_policy(policy, path)
@@ -266,6 +262,7 @@ def fit(
         "pairs": policy.pairs,
         "pairs_before_cleaning": len(pairs),
         "settings": policy.settings,
+        "report": [] if tuning is None else list(tuning.sentences),
         "bytes": path.stat().st_size,
     }
 

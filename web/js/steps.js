@@ -8,6 +8,9 @@ import { LEARNERS, count, plural } from "./words.js";
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./needs.js").Action} Action */
 
+/** Sentences of what tuning found about a policy that the panel has room for. */
+const REPORTED = 3;
+
 /** @type {Action[]} */
 const ACTIONS = ["demonstrate", "clean", "fit", "play", "stop", "undo"];
 
@@ -52,6 +55,8 @@ export function steps(store, act) {
     clean.classList.toggle("warn", missing.clean === null && !!session(state)?.cleaning?.stale);
     const learner = state.scene?.symbols.length ? "voting" : state.learner;
     say(fit, missing.fit ?? LEARNERS[learner]);
+    const report = (policy(state)?.report ?? []).slice(0, REPORTED).join(" ");
+    say(byId("fit-report", HTMLElement), report);
     say(play, missing.play ?? playWords(state));
     play.classList.toggle("warn", !!policy(state)?.problem || !!policy(state)?.stale);
   });

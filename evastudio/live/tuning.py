@@ -1,0 +1,60 @@
+"""Tuning a session: what to fit it with, and how well that does on takes it has not seen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from evastudio.demonstrations.records import SessionRecord
+from evastudio.demonstrations.store import Store
+from evastudio.learning.cleaning import Progress, silent
+from evastudio.learning.tuning import AUTO
+from evastudio.learning.tuning import tune as tune_pairs
+from evastudio.learning.tuning_report import Tuning
+from evastudio.live.perceiving import perceive_session
+from evastudio.workspace import Workspace
+from evastudio.world.loading import find_scene
+
+
+def tune(
+    workspace: Workspace,
+    session: int | str,
+    *,
+    learner: str = AUTO,
+    perception: str | None = None,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Try learners and settings on the kept takes of a session, each held out whole in turn.
+
+    Nothing is written; `fit` with the learner `auto` does the same and fits what was chosen.
+    """
+    with Store(workspace.ready().store_url) as store:
+        chosen = store.session(session)
+    report = tune_session(
+        workspace, chosen, learner=learner, perception=perception, progress=progress
+    )
+    return {"session": chosen.id, **report.to_json()}
+
+
+def tune_session(
+    workspace: Workspace,
+    session: SessionRecord,
+    *,
+    learner: str = AUTO,
+    perception: str | None = None,
+    progress: Progress = silent,
+) -> Tuning:
+    """The report on a session; where it has been cleaned, all is tried cleaned in the same way."""
+    progress(0.0, "Reading the takes")
+    place = find_scene(session.scene, workspace.scene_folders)()
+    first = place.perception(perception).name
+    names = [first, *(name for name in place.perceptions if name != first)]
+    with Store(workspace.store_url) as store:
+        scene, views = perceive_session(workspace, store, session, names)
+    return tune_pairs(
+        views[0].pairs,
+        scene,
+        learner,
+        threshold=None if session.cleaning is None else session.cleaning.settings["threshold"],
+        views=views,
+        progress=progress,
+    )
