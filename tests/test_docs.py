@@ -33,9 +33,17 @@ def test_every_dependency_has_its_line_of_reason() -> None:
 def test_every_command_has_a_sentence_of_help() -> None:
     group = typer.main.get_command(app)
     commands = group.commands  # type: ignore[attr-defined]
-    assert {"studio", "scenes", "check", "record", "sessions", "clean", "fit", "evaluate"} <= set(
-        commands
-    )
+    assert {
+        "studio",
+        "scenes",
+        "check",
+        "record",
+        "sessions",
+        "clean",
+        "tune",
+        "fit",
+        "evaluate",
+    } <= set(commands)
     for name, command in commands.items():
         assert (command.help or "").endswith("."), name
         for parameter in command.params:

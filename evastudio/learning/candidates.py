@@ -6,11 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from sklearn.base import is_classifier
-
 from evastudio.learning.policy import LEARNERS
 from evastudio.world.scene import Scene
-from evastudio.world.spaces import Box
 
 GRIDS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
     "svr": {
@@ -44,7 +41,8 @@ class Candidate:
 
     def make(self) -> Any:
         """The learner, not fitted."""
-        return LEARNERS[self.learner]().set_params(**self.settings)
+        learner: Any = LEARNERS[self.learner]()
+        return learner.set_params(**self.settings)
 
     def value(self, setting: str) -> Any:
         """What that setting is, whether given or a default."""
@@ -53,7 +51,7 @@ class Candidate:
     def changed(self, setting: str, value: Any) -> Candidate:
         """With another value of one setting."""
         settings = {**self.settings, setting: value}
-        usual = LEARNERS[self.learner]().get_params()
+        usual = Candidate(self.learner).make().get_params()
         kept = {name: one for name, one in settings.items() if one != usual[name]}
         return Candidate(self.learner, kept, self.threshold)
 
@@ -75,10 +73,7 @@ class Candidate:
 
 def tuned_learners(scene: Scene) -> tuple[str, ...]:
     """Names of the learners that can be tuned for the actions of `scene`, the preferred first."""
-    symbols = not isinstance(scene.action, Box)
-    return tuple(
-        name for name in GRIDS if name in LEARNERS and is_classifier(LEARNERS[name]()) == symbols
-    )
+    return tuple(name for name in GRIDS if isinstance(scene.action, LEARNERS[name].acts_in))
 
 
 def others(candidate: Candidate, setting: str) -> list[Candidate]:

@@ -75,10 +75,13 @@ def mistakes(
     where the wrong one was given.
     """
     given = answers(learner, states, actions, held, used)
-    wanted = actions[held]
-    if is_classifier(learner):
+    return judged(given, actions[held], None if is_classifier(learner) else actions.std(axis=0))
+
+
+def judged(given: Array, wanted: Array, spread: Array | None) -> Array:
+    """The mistake of each row of `given`, as `mistakes`; there is no `spread` of symbols."""
+    if spread is None:
         return np.asarray(given != wanted, dtype=np.float64).reshape(len(wanted))
-    spread = actions.std(axis=0)
     apart = (given - wanted) / np.where(spread > 0.0, spread, 1.0)
     return np.asarray((apart.reshape(len(wanted), -1) ** 2).mean(axis=1))
 

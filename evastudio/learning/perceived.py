@@ -12,7 +12,7 @@ from sklearn.base import is_classifier
 
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.learning.candidates import Candidate
-from evastudio.learning.holdout import answers
+from evastudio.learning.holdout import answers, judged
 from evastudio.learning.trials import Examiner, Trial
 from evastudio.world.scene import Perception
 from evastudio.world.snapshot import AnyArray
@@ -46,20 +46,18 @@ def compare_perceptions(
     tasks = [(view, held) for view in views for held in examiner.folds]
     run = joblib.Parallel(n_jobs=examiner.n_jobs, prefer="threads", return_as="generator")
     parts = run(joblib.delayed(_answers)(learner, view, held) for view, held in tasks)
+    given = [np.empty_like(view.pairs.actions) for view in views]
+    for number, part in enumerate(parts):
+        row, fold = divmod(number, len(examiner.folds))
+        given[row][examiner.folds[fold]] = part
+        examiner.progress((number + 1) / len(tasks), "Trying other perceptions")
     trials = {}
-    for done, view in enumerate(views):
-        given = np.empty_like(view.pairs.actions)
-        for held in examiner.folds:
-            given[held] = next(parts)
-        apart = view.in_world(given) - (wanted := view.in_world(view.pairs.actions))
-        if is_classifier(learner):
-            wrong = (apart != 0.0).any(axis=1).astype(np.float64)
-        else:
-            spread = wanted.std(axis=0)
-            wrong = ((apart / np.where(spread > 0.0, spread, 1.0)) ** 2).mean(axis=1)
+    for view, answered in zip(views, given, strict=True):
+        wanted = view.in_world(view.pairs.actions)
+        spread = None if is_classifier(learner) else wanted.std(axis=0)
+        wrong = judged(view.in_world(answered), wanted, spread)
         name = view.perception.name
-        trials[name] = Trial(Candidate(name), wrong, view.pairs.takes, is_classifier(learner))
-        examiner.progress((done + 1) / len(views), f"Looking through '{name}'")
+        trials[name] = Trial(Candidate(name), wrong, view.pairs.takes, spread is None)
     return trials
 
 

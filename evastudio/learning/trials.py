@@ -97,14 +97,16 @@ class Examiner:
                 tasks.append((learner, self.pairs.states, wanted, held, mask))
         run = joblib.Parallel(n_jobs=self.n_jobs, prefer="threads", return_as="generator")
         parts = run(joblib.delayed(mistakes)(*task) for task in tasks)
-        trials = []
-        for number, (candidate, learner) in enumerate(zip(candidates, made, strict=True)):
-            wrong = np.empty(len(self.pairs))
-            for held in self.folds:
-                wrong[held] = next(parts)
-            trials.append(Trial(candidate, wrong, self.pairs.takes, is_classifier(learner)))
-            self.progress((number + 1) / len(candidates), f"Trying {candidate}")
-        return trials
+        wrong = np.empty((len(made), len(self.pairs)))
+        for number, part in enumerate(parts):
+            row, fold = divmod(number, len(self.folds))
+            wrong[row, self.folds[fold]] = part
+            if fold == len(self.folds) - 1:
+                self.progress((row + 1) / len(made), f"Trying {candidates[row]}")
+        return [
+            Trial(candidate, wrong[row], self.pairs.takes, is_classifier(made[row]))
+            for row, candidate in enumerate(candidates)
+        ]
 
     def kept(self, threshold: float | str) -> float:
         """The least share of pairs that cleaning leaves to learn from."""

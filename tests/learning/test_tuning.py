@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,13 +14,15 @@ from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.learning.candidates import GRIDS, Candidate
 from evastudio.learning.holdout import take_folds
 from evastudio.learning.perceived import Perceived
-from evastudio.learning.policy import LEARNERS
 from evastudio.learning.trials import Examiner, Trial, choose, is_better
 from evastudio.learning.tuning import tune
+from evastudio.world.loading import load_scene_file
 from evastudio.world.scene import Percept, Perception, Scene
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array, Box
 from evastudio.world.spaces import Field as Component
+
+WALKER = Path(__file__).parent.parent / "scenes" / "walker.py"
 
 
 @pytest.fixture
@@ -103,7 +106,7 @@ def test_the_report_repeats_whatever_the_number_of_threads(
 
 def test_two_takes_suffice_and_one_does_not(rng: np.random.Generator, scene: Scene) -> None:
     report = tune(shown(rng, smooth, takes=2), scene)
-    assert report.chosen.learner in LEARNERS
+    assert report.chosen.learner in GRIDS
     assert set(report.by_take) == {1, 4}
     assert any("only 2 takes" in sentence for sentence in report.sentences)
     with pytest.raises(InvalidInputError, match="only one take"):
@@ -125,10 +128,8 @@ def test_one_learner_can_be_tuned_alone_and_only_one_that_exists(
 
 def test_every_grid_holds_the_defaults() -> None:
     for learner, grid in GRIDS.items():
-        if learner in LEARNERS:
-            usual = LEARNERS[learner]().get_params()
-            for setting, values in grid.items():
-                assert usual[setting] in values
+        for setting, values in grid.items():
+            assert Candidate(learner).value(setting) in values
 
 
 def test_conflicts_are_looked_for_among_the_takes_learned_from_only(
@@ -216,6 +217,22 @@ def test_another_perception_is_named_where_it_tells_more(
     report = tune(pairs, scene, "knn", views=views)
     assert report.better_perception is None
     assert list(report.perceptions) == ["clear", "turned"]
+
+
+def test_symbols_are_judged_by_the_share_of_wrong_ones(rng: np.random.Generator) -> None:
+    walker = load_scene_file(WALKER)()
+    worlds = walker.worlds(range(200))
+    states, codes = walker.perception().perceive(worlds).states, walker.intention(worlds)
+    pairs = Pairs(states, codes, np.arange(200) // 25, np.arange(200) % 25)
+    report = tune(pairs, walker)
+    assert report.symbols
+    assert report.chosen.learner == "voting"
+    assert 0.0 <= report.error < report.constant < 1.0
+    assert report.roughness is None
+    assert report.cleaning is None
+    assert "chose as you did in" in report.sentences[0]
+    with pytest.raises(NotFoundError, match="voting"):
+        tune(pairs, walker, "svr")
 
 
 def test_takes_are_held_out_whole(rng: np.random.Generator) -> None:
