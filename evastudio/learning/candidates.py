@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from evastudio.learning.policy import LEARNERS
-from evastudio.world.scene import Scene
+from evastudio.world.spaces import Space
 
 GRIDS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
     "svr": {
@@ -71,9 +71,9 @@ class Candidate:
         }
 
 
-def tuned_learners(scene: Scene) -> tuple[str, ...]:
-    """Names of the learners that can be tuned for the actions of `scene`, the preferred first."""
-    return tuple(name for name in GRIDS if isinstance(scene.action, LEARNERS[name].acts_in))
+def tuned_learners(action: Space) -> tuple[str, ...]:
+    """Names of the learners that can be tuned for an `action` of this kind, the preferred first."""
+    return tuple(name for name in GRIDS if isinstance(action, LEARNERS[name].acts_in))
 
 
 def others(candidate: Candidate, setting: str) -> list[Candidate]:

@@ -81,7 +81,7 @@ def mistakes(
 def judged(given: Array, wanted: Array, spread: Array | None) -> Array:
     """The mistake of each row of `given`, as `mistakes`; there is no `spread` of symbols."""
     if spread is None:
-        return np.asarray(given != wanted, dtype=np.float64).reshape(len(wanted))
+        return np.asarray((given != wanted).reshape(len(wanted), -1).any(axis=1), dtype=np.float64)
     apart = (given - wanted) / np.where(spread > 0.0, spread, 1.0)
     return np.asarray((apart.reshape(len(wanted), -1) ** 2).mean(axis=1))
 

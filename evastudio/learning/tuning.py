@@ -27,7 +27,7 @@ from evastudio.learning.holdout import Mask
 from evastudio.learning.perceived import Perceived, compare_perceptions
 from evastudio.learning.trials import Examiner, Trial, choose, is_better
 from evastudio.learning.tuning_report import Row, Tuning
-from evastudio.world.scene import Scene
+from evastudio.world.scene import Perception, Scene
 
 AUTO = "auto"
 """The learner's name that stands for "choose for me"."""
@@ -43,6 +43,7 @@ def tune(
     scene: Scene,
     learner: str = AUTO,
     *,
+    perception: str | Perception | None = None,
     threshold: float | str | None = None,
     views: Sequence[Perceived] = (),
     n_jobs: int = JOBS,
@@ -50,13 +51,15 @@ def tune(
 ) -> Tuning:
     """The settings that serve best on held-out takes: of one `learner`, or of all that suit.
 
-    `pairs` are all kept ones. `threshold` is that of the cleaning that the session has had; where
-    it has had none, whether to clean is among the choices. `views` are the same takes under other
-    perceptions, the first being that of `pairs`. The same pairs give the same report, whatever
-    `n_jobs`. Raises InvalidInputError for fewer than two takes or too few pairs, NotFoundError for
+    `pairs` are all kept ones, perceived through `perception`. `threshold` is that of the cleaning
+    that the session has had; where it has had none, whether to clean is among the choices. `views`
+    are the same takes under other perceptions, the first being that of `pairs`. The same pairs
+    give the same report, whatever `n_jobs`. Raises InvalidInputError for fewer than two takes or
+    too few pairs, NotFoundError for an unknown perception or
     a learner that cannot be tuned.
     """
-    names = tuned_learners(scene)
+    view = scene.perception(perception) if not isinstance(perception, Perception) else perception
+    names = tuned_learners(scene.chosen(view))
     if learner != AUTO and learner not in names:
         raise not_found("learner that can be tuned", learner, (AUTO, *names))
     ensure_compiled()  # the report must not depend on what was compiled before

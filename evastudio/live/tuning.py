@@ -46,14 +46,18 @@ def tune_session(
     """The report on a session; where it has been cleaned, all is tried cleaned in the same way."""
     progress(0.0, "Reading the takes")
     place = find_scene(session.scene, workspace.scene_folders)()
-    first = place.perception(perception).name
-    names = [first, *(name for name in place.perceptions if name != first)]
+    chosen = place.perception(perception)
+    names = [chosen.name]
+    for name, other in place.perceptions.items():
+        if name != chosen.name and place.chosen(other) == place.chosen(chosen):
+            names.append(name)
     with Store(workspace.store_url) as store:
         scene, views = perceive_session(workspace, store, session, names)
     return tune_pairs(
         views[0].pairs,
         scene,
         learner,
+        perception=chosen.name,
         threshold=None if session.cleaning is None else session.cleaning.settings["threshold"],
         views=views,
         progress=progress,
