@@ -11,6 +11,9 @@ from sklearn.utils.validation import validate_data
 from evastudio.errors import InvalidInputError
 from evastudio.world.spaces import Array, finite_rows
 
+LARGEST = 1e30
+"""Squares of numbers beyond this, and what is made of them, would leave the range of floats."""
+
 
 def checked_pairs(learner: Any, states: Any, actions: Any) -> tuple[Array, Array]:
     """States (pairs, n) and actions (pairs, m) as finite float64; m = 1 for a flat list.
@@ -31,7 +34,7 @@ def checked_pairs(learner: Any, states: Any, actions: Any) -> tuple[Array, Array
         raise InvalidInputError(f"These pairs cannot be learned from: {error}") from None
     actions = np.asarray(actions, dtype=np.float64)
     learner.flat_ = actions.ndim == 1
-    return np.asarray(states), actions.reshape(len(states), -1)
+    return bearable(states, "states"), bearable(actions.reshape(len(states), -1), "actions")
 
 
 def checked_states(learner: Any, states: Any) -> Array:
@@ -40,9 +43,21 @@ def checked_states(learner: Any, states: Any) -> Array:
     Raises InvalidInputError for another width, NaN or infinities.
     """
     try:
-        return np.asarray(validate_data(learner, states, dtype=np.float64, reset=False))
+        checked = validate_data(learner, states, dtype=np.float64, reset=False)
     except ValueError as error:
         raise InvalidInputError(f"These states cannot be answered: {error}") from None
+    return bearable(checked, "states")
+
+
+def bearable(values: Array, what: str) -> Array:
+    """`values` if none is beyond `LARGEST`. Raises InvalidInputError, naming `what`."""
+    largest = np.abs(values).max(initial=0.0)
+    if largest > LARGEST:
+        raise InvalidInputError(
+            f"The {what} hold numbers as large as {largest:.3g}; up to {LARGEST:g} can be learned "
+            "from. Give them in another unit."
+        )
+    return np.asarray(values)
 
 
 def checked_actions(actions: Any, rows: int, columns: int) -> Array:
@@ -58,7 +73,7 @@ def checked_actions(actions: Any, rows: int, columns: int) -> Array:
         raise InvalidInputError(
             f"There are {rows} states and {len(checked)} actions; every state needs one action."
         )
-    return checked
+    return bearable(checked, "actions")
 
 
 def checked_indices(indices: ArrayLike, count: int) -> NDArray[np.int64]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from evastudio.learning.neighbor_learner import Averaged, Continuous
-from evastudio.world.spaces import Array
 
 
 class KNNPolicy(Continuous, Averaged):
@@ -32,6 +31,4 @@ class KNNPolicy(Continuous, Averaged):
         self.k = k
         self.weights = weights
 
-    def decide(self, states: Array) -> Array:
-        """Like `predict`, for states known to be good; the answer to one is that in any batch."""
-        return self._index.search.average(states, self._rule, self._slots)
+    decide = Averaged.average

@@ -11,6 +11,7 @@ import numpy as np
 
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError, not_found
+from evastudio.learning.checking import bearable
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.learner import Indices, Learner, Reasons
 from evastudio.learning.local_linear import LocalLinearPolicy
@@ -106,9 +107,9 @@ class Policy:
         """Actions (rows, m) in the character's own frame for states (rows, n).
 
         A learner that draws takes its luck from `rng`; without it, it gives what was shown most
-        often. Raises InvalidInputError for another width, NaN or infinities.
+        often. Raises InvalidInputError for another width, NaN, infinities or numbers beyond 1e30.
         """
-        good = self.state.check(states, "states")
+        good = bearable(self.state.check(states, "states"), "states")
         if rng is None or not self.learner.draws:
             return self.learner.decide(good)
         return self.learner.decide(good, rng.random(len(good)))

@@ -244,18 +244,27 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
 
     @property
     def kept(self) -> Indices:
-        """Which of the pairs it was fitted to it still has: all, or those that became bases."""
-        return np.arange(len(self.states_)) if hasattr(self, "duals_") else self.support_
+        """Which of the pairs it was fitted to it still has: all, or those that became bases.
+
+        Of a compact form read from a file only how many those are is known.
+        """
+        if hasattr(self, "duals_"):
+            return np.arange(len(self.states_))
+        return self.support_ if hasattr(self, "support_") else np.arange(len(self.coefficients_))
 
     def layouts(self) -> tuple[Layout, ...]:
-        """What a policy file can hold of it: its pairs, or of a compact form the bases alone."""
+        """What a policy file can hold of it: its pairs, or of a compact form the bases alone.
+
+        Until format 3 files held `support` and no pairs.
+        """
         scaling = {
             "intercept": Stored(("actions",)),
             "offset": Stored(("states",)),
             "scale": Stored(("states",), low=SMALLEST),
         }
         if self.bases is not None:
-            return ({**_bases(np.int32, np.float16, np.float32), **scaling},)
+            compact = {**_bases(np.float16, np.float32), **scaling}
+            return compact, {"support": Stored(("bases",), np.int32, low=0.0), **compact}
         pairs = {
             "states": Stored(("pairs", "states")),
             "actions": Stored(("pairs", "actions")),
@@ -263,7 +272,9 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             "middle": Stored(("actions",)),
             "half": Stored(("actions",), low=SMALLEST),
         }
-        return ({**pairs, **scaling}, {**_bases(np.int64, np.float64, np.float64), **scaling})
+        support = Stored(("bases",), np.int64, low=0.0)
+        alone = {"support": support, **_bases(np.float64, np.float64), **scaling}
+        return {**pairs, **scaling}, alone
 
     def check_fitted(self) -> None:
         """Fitted arrays of the right shapes fit together."""
@@ -292,11 +303,8 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         return Reasons(nearest, distances, weights, agreed)
 
 
-def _bases(
-    index: type[np.generic], vector: type[np.generic], weight: type[np.generic]
-) -> dict[str, Stored]:
+def _bases(vector: type[np.generic], weight: type[np.generic]) -> dict[str, Stored]:
     return {
-        "support": Stored(("bases",), index, low=0.0),
         "support_vectors": Stored(("bases", "states"), vector),
         "coefficients": Stored(("bases", "actions"), weight),
     }

@@ -97,12 +97,11 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
         """Shares of the votes, (queries, n_classes)."""
         check_is_fitted(self)
         asked = checked_states(self, states)
-        votes: Array = self._index.search.average(asked, self._rule, self._slots)
-        return votes
+        return self.average(asked)
 
     def decide(self, states: Array) -> Array:
         """Codes of the symbols, their places in `classes_`, (queries, 1), for good states."""
-        votes = self._index.search.average(states, self._rule, self._slots)
+        votes = self.average(states)
         return np.asarray(votes.argmax(axis=1)[:, None], dtype=np.float64)
 
     def layouts(self) -> tuple[Layout, ...]:
