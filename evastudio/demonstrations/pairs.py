@@ -14,6 +14,9 @@ from evastudio.world.scene import Percept, Perception
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
+TAKE_APART = 1 << 40
+"""Steps between the moments of one take and those of the next; no take is as long."""
+
 
 @dataclass(frozen=True)
 class Pairs:
@@ -35,6 +38,12 @@ class Pairs:
 
     def __len__(self) -> int:
         return len(self.states)
+
+    @property
+    def moments(self) -> NDArray[np.int64]:
+        """When each was, (pairs,): 1 apart from one step of a take to the next, takes far apart."""
+        ranks = np.unique(self.takes, return_inverse=True)[1]
+        return np.asarray(ranks.astype(np.int64) * TAKE_APART + self.steps)
 
     def keep(self, mask: NDArray[np.bool_]) -> Pairs:
         """The pairs where `mask` (pairs,) is true."""

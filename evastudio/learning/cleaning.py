@@ -7,23 +7,26 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError
-from evastudio.learning.conflicts import ConflictEliminator
+from evastudio.learning.conflicts import Conflict, ConflictEliminator
 from evastudio.world.scene import Scene
-from evastudio.world.spaces import Array
+from evastudio.world.spaces import Array, Symbols
 
 Progress = Callable[[float, str], None]
 """Told the share done, 0 to 1, and what is being done."""
 
-N_NEIGHBORS = 9
-"""The paper's 5 is out-voted by bursts of mistakes, which lie together in state."""
-THRESHOLD = 0.4
+N_NEIGHBORS = 25
+"""The paper's 5 is out-voted by mistakes that lie together in state, and is too few to tell how
+much demonstrations differ there."""
+THRESHOLD = "auto"
 """The paper's l = 5 and 0.1 cut 47 % of the scripted human-like pilot's pairs and 93 % of its
-strong turns, and k-NN then crossed 82 to 88 % of the fields, not 97; 9 and 0.4 cut 3 % and cost
-nothing (demonstration sets 1 and 2, 200 fields)."""
+strong turns, and k-NN then crossed 82 to 88 % of the fields, not 97. What "auto" finds and leaves
+is in docs/conflicts.md."""
+GAP_S = 0.6
+"""Pairs this close in time are not compared: a mistake rarely lasts longer."""
 
 
 def silent(share: float, doing: str) -> None:
@@ -38,11 +41,17 @@ class Cleaning:
     """Which pairs conflict with their neighbours, shape (pairs,)."""
     deviations: Array
     """Distance of each action from its neighbours' median, as a share of the range, (pairs,)."""
+    limits: Array
+    """The deviation beyond which each pair is a conflict, (pairs,)."""
+    takes: NDArray[np.int64]
+    """The take each pair came from, (pairs,)."""
+    span: Array
+    """The range of each component of the action, (m,); for symbols (0,)."""
     n_neighbors: int
-    threshold: float
-    """Deviation beyond which a pair is a conflict, as a share of the range."""
-    eta: tuple[float, ...]
-    """The same in units of each component of the action."""
+    threshold: float | str
+    """As asked for: a share of the range, or "auto"."""
+    gap: int
+    """Decision steps within which pairs of one take were not compared."""
 
     def apply(self, pairs: Pairs) -> Pairs:
         """`pairs` without the conflicts.
@@ -57,7 +66,10 @@ class Cleaning:
         return pairs.keep(~self.conflicts)
 
     def report(self) -> dict[str, Any]:
-        """The figures, as JSON holds them."""
+        """The figures, as JSON holds them; of `takes` each with its number of conflicts.
+
+        `eta` is the middle limit in units of each component of the action; empty for symbols.
+        """
         found = int(self.conflicts.sum())
         return {
             "pairs": len(self.conflicts),
@@ -66,7 +78,11 @@ class Cleaning:
             "share": found / len(self.conflicts),
             "n_neighbors": self.n_neighbors,
             "threshold": self.threshold,
-            "eta": list(self.eta),
+            "eta": [float(part) for part in np.median(self.limits) * self.span],
+            "takes": {
+                str(take): int(self.conflicts[self.takes == take].sum())
+                for take in np.unique(self.takes)
+            },
         }
 
 
@@ -84,22 +100,43 @@ def clean_pairs(
     """
     if len(pairs) == 0:
         raise InvalidInputError("There are no pairs to clean. Record a take first.")
-    if len(pairs) <= n_neighbors:
+    gap = round(GAP_S / scene.dt_s)
+    if len(pairs) < n_neighbors + 2 * gap + 1:
         raise InvalidInputError(
-            f"Cleaning compares every pair with its {n_neighbors} nearest others, and there are "
-            f"only {len(pairs)} pairs. Record more first."
+            f"Cleaning compares every pair with its {n_neighbors} nearest others from other "
+            f"moments, which needs {n_neighbors + 2 * gap + 1} pairs, and there are only "
+            f"{len(pairs)}. Record more first."
         )
     progress(0.0, "Looking for conflicts")
+    symbols = isinstance(scene.action, Symbols)
     span = scene.action.high - scene.action.low
-    eliminator = ConflictEliminator(
-        n_neighbors, threshold, span if np.isfinite(span).all() else None
-    )
-    eliminator.fit(pairs.states, pairs.actions)
+    known = span if not symbols and np.isfinite(span).all() else None
+    eliminator = ConflictEliminator(n_neighbors, threshold, known, gap, symbols)
+    eliminator.fit(pairs.states, pairs.actions, pairs.moments)
     progress(1.0, "Conflicts found")
     return Cleaning(
         conflicts=eliminator.conflict_mask_,
         deviations=eliminator.deviations_,
+        limits=eliminator.limits_,
+        takes=pairs.takes,
+        span=np.empty(0) if symbols else eliminator.range_,
         n_neighbors=n_neighbors,
-        threshold=eliminator.threshold_,
-        eta=tuple(float(part) for part in eliminator.threshold_ * eliminator.range_),
+        threshold=threshold,
+        gap=gap,
     )
+
+
+def explain_cleaning(
+    cleaning: Cleaning, pairs: Pairs, numbers: ArrayLike | None = None
+) -> tuple[Conflict, ...]:
+    """What each marked pair, or each of `numbers`, was compared with; see `Conflict`.
+
+    `pairs` are those that were looked at. Raises InvalidInputError where they are not, or where
+    there is no pair of such a number.
+    """
+    cleaning.apply(pairs)
+    span = cleaning.span if len(cleaning.span) else None
+    eliminator = ConflictEliminator(
+        cleaning.n_neighbors, cleaning.threshold, span, cleaning.gap, symbols=span is None
+    )
+    return eliminator.fit(pairs.states, pairs.actions, pairs.moments).explain(numbers)

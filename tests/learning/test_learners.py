@@ -9,6 +9,7 @@ from evastudio.errors import InvalidInputError
 from evastudio.learning.conflicts import ConflictEliminator
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.local_linear import LocalLinearPolicy
+from evastudio.learning.rival_cleaning import ClusterEliminator, ConflictBlender
 from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
 from evastudio.learning.voting import VotingKNNPolicy
@@ -29,6 +30,8 @@ ALL = [
     VotingKNNPolicy(),
     VotingKNNPolicy(weights="distance"),
     ConflictEliminator(),
+    ClusterEliminator(),
+    ConflictBlender(),
 ]
 
 

@@ -123,7 +123,7 @@ def written(tmp_path_factory):
     """A file of each learner, and the folder to write its mutations to."""
     folder = tmp_path_factory.mktemp("policies")
     files = [
-        save_policy(some_policy(kind, 20), folder / f"{kind}.safetensors") for kind in SETTINGS
+        save_policy(some_policy(kind, 44), folder / f"{kind}.safetensors") for kind in SETTINGS
     ]
     return [file.read_bytes() for file in files], folder
 
@@ -377,7 +377,10 @@ def test_too_few_pairs_to_clean_are_refused_in_plain_words(asteroids):
     scene = asteroids()
     for count, says in (
         (0, "no pairs to clean"),
-        (9, "its 9 nearest others, and there are only 9"),
+        (
+            40,
+            "its 25 nearest others from other moments, which needs 44 pairs, and there are only 40",
+        ),
     ):
         with pytest.raises(InvalidInputError, match=says):
             clean_pairs(some_pairs(scene).keep(np.arange(60) < count), scene)
