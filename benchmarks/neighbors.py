@@ -204,7 +204,7 @@ def batches(pairs: int, repeats: int) -> list[Row]:
             (BATCH, BATCH),
             3 * repeats,
             3.5,
-        )  # fmt: skip
+        )
         for peer, theirs in (
             (f"SciPy cKDTree, workers={scipy[1]}", lambda _: through_scipy(scipy)),
             (f"pykdtree, {other.data_pts.dtype}", lambda _: through_pykdtree(other)),
@@ -352,8 +352,9 @@ def main() -> None:
     for one in curve(options.quick):
         print(
             f"{one.pairs} pairs: built in {1e6 * one.build_s / one.pairs:.2f} us a pair, a "
-            f"decision {1e6 * one.decision_s:.2f} us, in a batch {1e6 * one.batch_s:.2f} us, cleaned in "
-            f"{1e6 * one.clean_s / one.pairs:.2f} us a pair; {one.peak_mb:.0f} MB at most",
+            f"decision {1e6 * one.decision_s:.2f} us, in a batch {1e6 * one.batch_s:.2f} us, "
+            f"cleaned in {1e6 * one.clean_s / one.pairs:.2f} us a pair; at most "
+            f"{one.peak_mb:.0f} MB",
             flush=True,
         )
 

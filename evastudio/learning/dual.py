@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from sklearn.exceptions import ConvergenceWarning
-from sklearn.svm import SVR
 
 from evastudio.world.spaces import Array
 
@@ -143,6 +142,8 @@ def _plain(
     weights = np.zeros((count, outputs))
     intercepts, objectives, violations = (np.empty(outputs) for _ in range(3))
     steps = np.empty(outputs, np.int64)
+    from sklearn.svm import SVR  # brings half of scikit-learn, and is seldom needed
+
     for output in range(outputs):
         machine = SVR(C=C, epsilon=epsilon, gamma=gamma, tol=tolerance, cache_size=megabytes)
         machine.fit(points, targets[:, output])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from evastudio.errors import InvalidInputError
+from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.neighbors import NeighborIndex, Way
 from evastudio.learning.plain_search import vector_medians
 from evastudio.world.spaces import Array
@@ -59,12 +62,16 @@ def flat(rng: np.random.Generator, n: int, d: int) -> Array:
 
 
 def huge(rng: np.random.Generator, n: int, d: int) -> Array:
-    return np.asarray(rng.normal(size=(n, d)) * 10.0 ** rng.integers(-8, 9, (n, 1)))
+    return np.asarray(rng.normal(size=(n, d)) * 10.0 ** rng.integers(-8, 16, (n, 1))).clip(
+        -1e15, 1e15
+    )
 
 
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("kind", [normal, clustered, duplicated, gridded, identical, flat, huge])
-@pytest.mark.parametrize(("n", "d", "k"), [(1, 1, 1), (20, 3, 5), (700, 8, 5), (1500, 2, 15)])
+@pytest.mark.parametrize(
+    ("n", "d", "k"), [(1, 1, 1), (20, 3, 5), (700, 8, 5), (1500, 2, 15), (130, 30, 9)]
+)
 def test_it_finds_what_brute_force_finds(
     way: Way, kind: Callable[[np.random.Generator, int, int], Array], n: int, d: int, k: int
 ) -> None:
@@ -210,3 +217,47 @@ def test_too_few_others_are_refused(way: Way) -> None:
         index.nearest_others(1, moments[:9])
     with pytest.raises(InvalidInputError, match="gap of 0 or more"):
         index.nearest_others(1, moments, -1)
+
+
+def test_many_at_once_may_ask_for_batches() -> None:
+    rng = np.random.default_rng(11)
+    index = NeighborIndex(rng.normal(size=(20_000, 4)), "compiled")
+    queries = rng.normal(size=(4000, 4))
+    expected = index.nearest(queries, 5)[1]
+    others = index.nearest_others(3)
+    with ThreadPoolExecutor(4) as pool:
+        for found in pool.map(lambda _: index.nearest(queries, 5)[1], range(8)):
+            assert np.array_equal(found, expected)
+        for found in pool.map(lambda _: index.nearest_others(3), range(4)):
+            assert np.array_equal(found, others)
+
+
+def test_a_pickled_index_finds_the_same() -> None:
+    rng = np.random.default_rng(12)
+    index = NeighborIndex(rng.normal(size=(900, 3)), "compiled")
+    index.add(rng.normal(size=(20, 3)))
+    index.remove(np.arange(5))
+    again = pickle.loads(pickle.dumps(index))
+    assert np.array_equal(again.nearest_others(4), index.nearest_others(4))
+
+
+@pytest.mark.parametrize("rows", [1, 2000])
+def test_states_of_another_width_are_refused(rows: int) -> None:
+    rng = np.random.default_rng(13)
+    learner = KNNPolicy().fit(rng.normal(size=(50, 3)), rng.normal(size=50)).prepare("compiled")
+    with pytest.raises(InvalidInputError, match="expected \\(rows, 3\\)"):
+        learner.decide(np.zeros((rows, 4)))
+
+
+@pytest.mark.parametrize("weights", ["uniform", "distance"])
+@pytest.mark.parametrize("kind", [normal, duplicated, gridded, identical, huge])
+@pytest.mark.parametrize(("k", "m"), [(1, 1), (5, 2), (23, 3)])
+def test_both_ways_decide_the_same_bit_for_bit(
+    weights: str, kind: Callable[[np.random.Generator, int, int], Array], k: int, m: int
+) -> None:
+    rng = np.random.default_rng(k)
+    states, actions = kind(rng, 500, 4), rng.normal(size=(500, m))
+    learner = KNNPolicy(k, weights).fit(states, actions)
+    queries = np.concatenate([states[:40], kind(rng, 40, 4)])
+    by_way = [learner.prepare(way).decide(queries) for way in WAYS]
+    assert np.array_equal(*by_way)
