@@ -307,6 +307,22 @@ def test_a_file_of_an_older_format_is_still_read(tmp_path, version):
         again.learner.remove_pairs([0])
 
 
+def test_a_compact_form_of_format_2_is_still_read(tmp_path):
+    """It held the numbers of its bases among the pairs, where now their moments stand."""
+    policy = some_policy("compact")
+    path = save_policy(policy, tmp_path / "one.safetensors")
+    data = path.read_bytes()
+    outer = json.loads(data[8 : 8 + int.from_bytes(data[:8], "little")])
+    arrays = load(data)
+    del arrays["moments"]
+    arrays["support"] = policy.learner.support_.astype(np.int32)
+    path.write_bytes(save(arrays, outer["__metadata__"]))
+    again = load_policy(rewritten(path, lambda header: header.update(format=2)))
+    states = states_for(policy)
+    assert np.array_equal(again.act_states(states), policy.act_states(states))
+    assert np.array_equal(again.learner.kept, policy.learner.kept)
+
+
 def test_reasons_lead_to_the_moments_that_were_shown(policy, tmp_path):
     """Asked about a state that was shown, the nearest pair is that moment's; or a base is."""
     shown = some_pairs(scene_of(policy.learner_name))
