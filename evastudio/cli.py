@@ -38,6 +38,9 @@ DensityOption = Annotated[
 OptionsOption = Annotated[
     list[str] | None, typer.Option("--option", "-o", help="Another of its options, as name=value.")
 ]
+DelayOption = Annotated[
+    str, typer.Option("--delay", help="Reaction delay to take out: auto, off, or seconds.")
+]
 HERE = Path()
 
 
@@ -170,6 +173,7 @@ def clean(
     threshold: Annotated[
         str | None, typer.Option(help="Share of the action's range, or 'auto'.")
     ] = None,
+    delay: DelayOption = "auto",
     workspace: WorkspaceOption = HERE,
     store: StoreOption = None,
     json_output: JsonFlag = False,
@@ -184,7 +188,12 @@ def clean(
         chosen["threshold"] = threshold if threshold == "auto" else _number("threshold", threshold)
     with _bar(json_output) as progress:
         result = headless.clean(
-            Workspace(workspace, store), session, perception=perception, progress=progress, **chosen
+            Workspace(workspace, store),
+            session,
+            perception=perception,
+            delay=_delay(delay),
+            progress=progress,
+            **chosen,
         )
     _print(result, json_output)
 
@@ -241,6 +250,7 @@ def fit(
     setting: Annotated[
         list[str] | None, typer.Option("--set", help="A setting of the learner, as name=value.")
     ] = None,
+    delay: DelayOption = "auto",
     out: Annotated[Path | None, typer.Option(help="File to write, .safetensors.")] = None,
     name: Annotated[str | None, typer.Option(help="Name in the workspace's policies.")] = None,
     workspace: WorkspaceOption = HERE,
@@ -259,6 +269,7 @@ def fit(
             learner=learner,
             perception=perception,
             settings=_settings(setting),
+            delay=_delay(delay),
             out=out,
             name=name,
             progress=progress,
@@ -345,6 +356,10 @@ def _number(name: str, text: str) -> float:
         return float(text)
     except ValueError:
         raise InvalidInputError(f"{name} is {text!r}; it must be a number.") from None
+
+
+def _delay(text: str) -> Any:
+    return text if text in ("auto", "off") else _number("delay", text)
 
 
 class _bar:  # noqa: N801 - reads as a verb where it is used

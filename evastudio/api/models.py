@@ -8,6 +8,8 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 T = TypeVar("T")
+Delay = Annotated[float, Field(ge=0.0, le=2.0)] | Literal["auto", "off"]
+"""Reaction delay to take out: as estimated where that helps, none, or so many seconds."""
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 
 
@@ -116,6 +118,7 @@ class CleanIn(Model):
     perception: Name | None = None
     n_neighbors: Annotated[int, Field(ge=1, le=1000)] | None = None
     threshold: Annotated[float, Field(gt=0.0, le=10.0)] | Literal["auto"] | None = None
+    delay: Delay = "auto"
 
 
 class TuneIn(Model):
@@ -127,6 +130,7 @@ class FitIn(Model):
     learner: Name | None = None
     perception: Name | None = None
     settings: dict[str, Any] = {}
+    delay: Delay = "auto"
     name: Annotated[str, Field(max_length=80)] | None = None
 
 

@@ -57,13 +57,20 @@ def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) ->
         settings=header.get("settings") or {},
         pairs=header.get("pairs"),
         session=extra.get("session_name"),
-        report=(extra.get("tuning") or {}).get("sentences") or [],
+        report=_report(extra),
         made_by=header.get("made_by"),
         created=header.get("created"),
         shipped=entry.path.parent.resolve() != studio.workspace.policies.resolve(),
         stale=_stale(header, extra, studio),
         problem=entry.problem or _mismatch(scene, studio),
     )
+
+
+def _report(extra: Mapping[str, Any]) -> list[str]:
+    """What fitting found that its user should read."""
+    delay = extra.get("delay") or {}
+    told = [delay["sentence"]] if delay.get("steps") else []
+    return told + ((extra.get("tuning") or {}).get("sentences") or [])
 
 
 def _mismatch(scene: Mapping[str, Any], studio: Studio) -> str | None:

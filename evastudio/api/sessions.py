@@ -119,6 +119,7 @@ def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
         learner=learner,
         perception=body.perception,
         settings=body.settings,
+        delay=body.delay,
         name=name,
     )
     return JobOut.model_validate(job)

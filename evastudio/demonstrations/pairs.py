@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from evastudio.errors import InvalidInputError
 from evastudio.world.cast import of_lead
 from evastudio.world.scene import Percept, Perception
-from evastudio.world.snapshot import Snapshot
+from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
 
 TAKE_APART = 1 << 40
@@ -82,6 +82,11 @@ class SeenTake:
             np.full(len(steps), self.take, dtype=np.int64),
             steps,
         )
+
+    def frames(self, delay_steps: int = 0) -> AnyArray:
+        """The frames that the actions of `pairs(delay_steps)` are given in."""
+        seen = slice(0, max(len(self) - delay_steps, 0))
+        return of_lead(self.moments.take(seen), self.percept.frame[seen])
 
 
 def see_take(perception: Perception, snapshots: Snapshot, actions: Array, take: int) -> SeenTake:

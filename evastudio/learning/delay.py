@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,12 @@ from evastudio.learning.foretelling import foretold
 from evastudio.learning.holdout import take_folds
 from evastudio.world.spaces import Array
 
+Asked = float | Literal["auto", "off"]
+"""Which delay to take out: what is estimated where it helps, none, or so many seconds."""
+
 LONGEST_S = 0.6
+MOST_S = 2.0
+"""No longer delay can be asked for."""
 BEYOND_S = 0.2
 """Longer delays are tried too, to see that they tell less."""
 MOST_LAGS = 13
@@ -58,6 +63,8 @@ class Delay:
     """The delays tried."""
     errors: tuple[float, ...]
     """Error on held-out takes at each of them; about 1 is a constant's at none."""
+    asked: Asked = "auto"
+    """Where this is not "auto", nothing was estimated."""
 
     @property
     def helps(self) -> bool:
@@ -66,6 +73,10 @@ class Delay:
 
     def sentence(self) -> str:
         """What it says, to the demonstrator."""
+        if self.asked == "off":
+            return "No delay was looked for, as you asked."
+        if self.asked != "auto":
+            return f"A delay of {self.delay_s:.2g} s was taken out, as you asked."
         if self.takes < 2:
             return "Your reaction time was not measured: that needs at least two takes."
         if self.helps:
@@ -139,6 +150,24 @@ def estimate_delay(
         lags_s=tuple(float(lag * dt_s) for lag in lags),
         errors=tuple(float(error) for error in np.sqrt(errors)),
     )
+
+
+def delay_as_asked(asked: Asked | str, pairs_at: Callable[[int], Pairs], dt_s: float) -> Delay:
+    """The estimate for "auto", none for "off", or the given seconds, in whole steps.
+
+    Raises InvalidInputError for anything else, and for seconds below 0 or above 2.
+    """
+    if asked == "auto":
+        return estimate_delay(pairs_at, dt_s)
+    given = 0.0 if asked == "off" else asked
+    if isinstance(given, str) or not 0.0 <= given <= MOST_S:
+        raise InvalidInputError(
+            f"The delay is {asked!r}; it must be 'auto', 'off' or seconds from 0 to {MOST_S:g}."
+        )
+    steps = round(given / dt_s)
+    seconds = steps * dt_s
+    told: Asked = "off" if asked == "off" else seconds
+    return Delay(seconds, seconds, seconds, steps, 0.0, 1.0, 0, (), (), told)
 
 
 def estimate_delay_of_arrays(

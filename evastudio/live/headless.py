@@ -29,11 +29,12 @@ from evastudio.learning.catalog import (
 )
 from evastudio.learning.cleaning import N_NEIGHBORS, THRESHOLD, Progress, clean_pairs, silent
 from evastudio.learning.compiled import ensure_compiled
+from evastudio.learning.delay import Asked
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy import find_learner
 from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
 from evastudio.learning.tuning import AUTO
-from evastudio.live.perceiving import session_pairs
+from evastudio.live.perceiving import see_session, unmarked
 from evastudio.live.tuning import tune_session
 from evastudio.pilots.lead import LeadPilot
 from evastudio.pilots.policy import PolicyPilot
@@ -144,14 +145,20 @@ def clean(
     perception: str | None = None,
     n_neighbors: int = N_NEIGHBORS,
     threshold: float | str = THRESHOLD,
+    delay: Asked = "auto",
     clock: Callable[[], float] = time.time,
     progress: Progress = silent,
 ) -> dict[str, Any]:
-    """Mark the conflicts among the kept pairs of a session; fitting leaves them out."""
+    """Mark the conflicts among the kept pairs of a session; fitting leaves them out.
+
+    They are looked for among pairs whose reaction delay has been taken out, as in `fit`.
+    """
     with Store(workspace.ready().store_url) as store:
         chosen = store.session(session)
         progress(0.0, "Reading the takes")
-        scene, pairs = session_pairs(workspace, store, chosen, perception)
+        (seen,) = see_session(workspace, store, chosen, [perception])
+        scene, late = seen.scene, seen.delay(delay)
+        pairs = seen.pairs(late.steps)
         found = clean_pairs(
             pairs,
             scene,
@@ -162,10 +169,11 @@ def clean(
         report = {
             "perception": scene.perception(perception).name,
             "neighbors": n_neighbors,
+            "delay": delay,
+            "delay_s": late.steps * scene.dt_s,
             **found.report(),
         }
-        marks = {int(take): found.conflicts[pairs.takes == take] for take in np.unique(pairs.takes)}
-        store.save_cleaning(chosen.id, report, marks, clock())
+        store.save_cleaning(chosen.id, report, seen.marks(pairs, found.conflicts), clock())
     progress(1.0, "Cleaned")
     return {"session": chosen.id, "removed": report["conflicts"], **report}
 
@@ -177,6 +185,7 @@ def fit(
     learner: str | None = None,
     perception: str | None = None,
     settings: Mapping[str, Any] | None = None,
+    delay: Asked = "auto",
     out: str | Path | None = None,
     name: str | None = None,
     clock: Callable[[], float] = time.time,
@@ -185,8 +194,10 @@ def fit(
     """Fit a policy to the kept pairs of a session, without those a cleaning marked.
 
     Without a `learner` it is the one that suits the scene's actions best; `auto` is the one that
-    `tune` chooses, with its settings, and the policy then keeps the report. It is written to the
-    file `out`, or as `name` into the workspace's policies.
+    `tune` chooses, with its settings, and the policy then keeps the report. Actions are paired
+    with what they answered a `delay` before: as estimated where held-out takes agree that it
+    helps, "off", or so many seconds. The policy is written to the file `out`, or as `name` into
+    the workspace's policies.
     """
     if learner == AUTO and settings:
         raise InvalidInputError(
@@ -196,15 +207,15 @@ def fit(
     with Store(workspace.ready().store_url) as store:
         chosen = store.session(session)
         progress(0.0, "Reading the takes")
-        scene, pairs = session_pairs(workspace, store, chosen, perception)
+        (seen,) = see_session(workspace, store, chosen, [perception])
         marks = store.marks(chosen.id)
         identity = store.identity
+    scene = seen.scene
     if learner != AUTO:
         learner = find_learner(learner, scene.chosen(scene.perception(perception)))
-    keep = np.ones(len(pairs), dtype=bool)
-    for take, mask in marks.items():
-        rows = np.flatnonzero(pairs.takes == take)[: len(mask)]
-        keep[rows] = ~mask[: len(rows)]
+    late = seen.delay(delay)
+    pairs = seen.pairs(late.steps)
+    pairs = pairs.keep(unmarked(pairs, marks))
     if name is None:
         name = policy_name_from(f"{chosen.name} {learner}")
     path = (
@@ -214,28 +225,37 @@ def fit(
     steps = [chosen.made_by] if chosen.made_by else []
     if cleaning is not None:
         asked = {name: cleaning[name] for name in ("perception", "neighbors", "threshold")}
+        asked["delay"] = _unless_auto(cleaning.get("delay", "off"))
         steps.append(_command("clean", chosen.name, **asked))
     steps.append(
         _command(
-            "fit", chosen.name, learner=learner, perception=perception, set=settings, out=path.name
+            "fit",
+            chosen.name,
+            learner=learner,
+            perception=perception,
+            set=settings,
+            delay=_unless_auto(delay),
+            out=path.name,
         )
     )
     tuning = found = None
     if learner == AUTO:
-        tuning = tune_session(workspace, chosen, perception=perception, progress=progress)
+        tuning = tune_session(
+            workspace, chosen, perception=perception, delay=delay, progress=progress
+        )
         learner, settings = tuning.chosen.learner, tuning.chosen.settings
         if cleaning is None and tuning.chosen.threshold is not None:
             found = clean_pairs(pairs, scene, threshold=tuning.chosen.threshold)
             cleaning = {"neighbors": N_NEIGHBORS, **found.report()}
     policy = fit_policy(
-        pairs.keep(keep),
+        pairs,
         scene,
         perception,
         learner,
         settings,
         cleaning=found,
         session=chosen.id,
-        takes=[int(take) for take in np.unique(pairs.takes)],
+        takes=[take.take for take in seen.takes],
         made_by=" && ".join(steps),
         created=datetime.fromtimestamp(clock(), UTC).isoformat(timespec="seconds"),
         progress=silent if tuning else lambda share, doing: progress(0.2 + 0.75 * share, doing),
@@ -246,7 +266,8 @@ def fit(
         extra={
             "store": identity,
             "session_name": chosen.name,
-            "pairs_before_cleaning": len(pairs),
+            "pairs_before_cleaning": seen.recorded,
+            "delay": late.report(),
             "cleaning_id": None if chosen.cleaning is None else chosen.cleaning.id,
             **({} if tuning is None else {"tuning": tuning.to_json()}),
         },
@@ -260,9 +281,10 @@ def fit(
         "learner": learner,
         "perception": policy.perception,
         "pairs": policy.pairs,
-        "pairs_before_cleaning": len(pairs),
+        "pairs_before_cleaning": seen.recorded,
         "settings": policy.settings,
-        "report": [] if tuning is None else list(tuning.sentences),
+        "delay_s": late.steps * scene.dt_s,
+        "report": [late.sentence(), *(() if tuning is None else tuning.sentences)],
         "bytes": path.stat().st_size,
     }
 
@@ -315,6 +337,10 @@ def evaluate(
     ).to_json()
     result["policies"] = result.pop("pilots")
     return result
+
+
+def _unless_auto(delay: Asked) -> Asked | None:
+    return None if delay == "auto" else delay
 
 
 def _command(name: str, target: str, **flags: Any) -> str:

@@ -7,10 +7,11 @@ from typing import Any
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
 from evastudio.learning.cleaning import Progress, silent
+from evastudio.learning.delay import Asked
 from evastudio.learning.tuning import AUTO
 from evastudio.learning.tuning import tune as tune_pairs
 from evastudio.learning.tuning_report import Tuning
-from evastudio.live.perceiving import perceive_session
+from evastudio.live.perceiving import see_session
 from evastudio.workspace import Workspace
 from evastudio.world.loading import find_scene
 
@@ -41,9 +42,13 @@ def tune_session(
     *,
     learner: str = AUTO,
     perception: str | None = None,
+    delay: Asked = "auto",
     progress: Progress = silent,
 ) -> Tuning:
-    """The report on a session; where it has been cleaned, all is tried cleaned in the same way."""
+    """The report on a session, the reaction delay taken out as in `fit`.
+
+    Where the session has been cleaned, all is tried cleaned in the same way.
+    """
     progress(0.0, "Reading the takes")
     place = find_scene(session.scene, workspace.scene_folders)()
     chosen = place.perception(perception)
@@ -52,10 +57,12 @@ def tune_session(
         if name != chosen.name and place.chosen(other) == place.chosen(chosen):
             names.append(name)
     with Store(workspace.store_url) as store:
-        scene, views = perceive_session(workspace, store, session, names)
+        seen = see_session(workspace, store, session, names)
+    steps = seen[0].delay(delay).steps
+    views = [each.perceived(steps) for each in seen]
     return tune_pairs(
         views[0].pairs,
-        scene,
+        seen[0].scene,
         learner,
         perception=chosen.name,
         threshold=None if session.cleaning is None else session.cleaning.settings["threshold"],

@@ -60,13 +60,13 @@ def test_the_same_seed_records_and_fits_the_same_bytes(tmp_path: Path) -> None:
 def test_cleaned_pairs_are_left_out_of_the_fit_and_undo_brings_them_back(
     recorded: Workspace,
 ) -> None:
-    found = evastudio.clean(recorded, 1)
+    found = evastudio.clean(recorded, 1, delay="off")
     assert 0 < found["removed"] < found["pairs"] == 1350
-    cleaned = evastudio.fit(recorded, 1, learner="knn", name="cleaned")
+    cleaned = evastudio.fit(recorded, 1, learner="knn", delay="off", name="cleaned")
     assert cleaned["pairs"] == 1350 - found["removed"]
     with Store(recorded.store_url) as store:
         store.undo_cleaning(1)
-    assert evastudio.fit(recorded, 1, learner="knn", name="raw")["pairs"] == 1350
+    assert evastudio.fit(recorded, 1, learner="knn", delay="off", name="raw")["pairs"] == 1350
 
 
 @pytest.mark.parametrize("learner", ["knn", "svr"])
