@@ -1,0 +1,723 @@
+"""People walk about on a square until a boulder falls, and then they run: section 4.2 of the paper.
+
+Until the impact the ground is a grid of cells without an edge (who leaves on one side comes back
+on the other) and everybody stands in one cell, turned one of eight ways; twice a second each turns
+left or right by an eighth, walks on into the next cell, or stands. After it they run freely, in
+any direction. Metres, seconds and radians; x east, y north, z up.
+
+| state of a world | shape     | meaning                                                         |
+|------------------|-----------|-----------------------------------------------------------------|
+| size             | (N,)      | 1 is 1.75 m tall; fixed                                         |
+| looks            | (N,)      | clothes, hair and skin, by number; fixed                        |
+| whims            | (N, K)    | random numbers that scripted demonstrators draw on; fixed       |
+| position         | (N, 2)    | where everybody is; cells are CELL wide, positions do not wrap  |
+| heading          | (N,)      | 0 is east, counter-clockwise; turns add up beyond a full one    |
+| speed            | (N,)      | in the last step, m/s                                           |
+| phase            | (N,)      | cycles walked so far, for the swing of the legs                 |
+| hit              | (N,)      | 1 for those whom the impact knocked over                        |
+| blocked          | (N,)      | steps so far that somebody stood in the way of                  |
+| boulder          | (3,)      | where it comes down (x, y), and seconds since it was let go,    |
+|                  |           | -1 while there is none                                          |
+| lead             | ()        | the character that the animator guides                          |
+| steps            | ()        | decisions so far                                                |
+
+An action holds, for every character, how far to turn and how fast to walk; for the lead also
+what the animator does besides: let the boulder fall, mark a moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+
+from evastudio.errors import InvalidInputError
+from evastudio.motion.figures import Activity, Figures, Moment
+from evastudio.motion.shapes import LOOKS
+from evastudio.world.bodies import Body, Camera, Look, Mesh
+from evastudio.world.scene import Control, Option, Percept, Perception, Scene
+from evastudio.world.snapshot import AnyArray, Snapshot
+from evastudio.world.spaces import Array, Box, Field, Symbols
+
+CELL = 0.7
+"""Metres from cell to cell."""
+EIGHTH = np.pi / 4
+AHEAD = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
+"""The cell that each of the eight ways leads to."""
+RUN = 4.5
+"""Metres a second of somebody who flees."""
+HASTE = 6.0
+"""Metres a second by which a runner's speed changes in a second."""
+FALL_S = 1.0
+"""From letting the boulder go to its impact."""
+HEIGHT = 22.0
+"""Metres that it falls."""
+BOULDER = 1.6
+"""Its radius, metres."""
+KNOCK = 3.5
+"""Who stands nearer to the impact than this is knocked over."""
+DOWN_S = 2.5
+"""How long it takes to be up again."""
+AFTER_S = 12.0
+"""A world ends this long after the impact."""
+SIGHT = 8
+"""Cells beyond this are not perceived."""
+NEAREST = 3
+PATHS = {"ahead": 0, "half_left": 1, "half_right": -1, "left": 2, "right": -2}
+"""Eighths from the way one faces."""
+WHIMS = 64
+
+STAND, LEFT, RIGHT, WALK = range(4)
+SYMBOLS = Symbols(("stand", "turn left", "turn right", "walk on"))
+MOVES = np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0)])
+"""Turn and walk of each symbol."""
+
+
+class Crowd(Scene):
+    """See the module's docstring."""
+
+    name = "crowd"
+    title = "Crowd and boulder"
+    version = 1
+    dt_s = 0.5
+    render_hz = 30.0
+    outcomes = ("running", "over")
+    successes = frozenset({"over"})
+    options = (
+        Option("people", "People", 60.0, 1.0, 100_000.0, 1.0, "How many walk about."),
+        Option(
+            "side",
+            "Cells along each side",
+            22.0,
+            4.0,
+            1000.0,
+            1.0,
+            "The ground is a square of cells.",
+        ),
+        Option("length", "Seconds", 60.0, 5.0, 3600.0, 5.0, "A scene without a boulder ends then."),
+    )
+    controls = (
+        Control("turn", "turn left or right", ("KeyD", "ArrowRight"), ("KeyA", "ArrowLeft"), 0.0),
+        Control("walk", "walk on", (), ("KeyW", "ArrowUp"), 0.0),
+    )
+    action = Box(
+        (
+            Field("turn", "1", -1.0, 1.0),
+            Field("walk", "1", 0.0, 1.0),
+            Field("drop", "1", 0.0, 1.0),
+            Field("drop_x", "m", -1e6, 1e6),
+            Field("drop_y", "m", -1e6, 1e6),
+            Field("mark", "1", 0.0, 1.0),
+        )
+    )
+    look = Look(
+        background=(204, 214, 224),
+        fog_near=30.0,
+        fog_far=120.0,
+        sun_direction=(-0.5, -0.35, 0.8),
+    )
+
+    def __init__(self, **values: float) -> None:
+        super().__init__(**values)
+        self.people, self.side = int(self.values["people"]), int(self.values["side"])
+        self.characters = (self.people,)
+        if self.people > self.side**2:
+            raise InvalidInputError(
+                f"{self.people} people do not fit on {self.side} x {self.side} = {self.side**2} "
+                "cells; choose fewer people or a longer side."
+            )
+        views: tuple[Perception, ...] = (
+            Paths(self),
+            Ahead(self),
+            Own(self),
+            PaperState(self),
+            Boulder(self),
+        )
+        self.perceptions = {view.name: view for view in views}
+
+    def reset(self, rng: np.random.Generator, worlds: int) -> Snapshot:
+        shape = (worlds, self.people)
+        cells = np.stack(
+            [rng.choice(self.side**2, self.people, replace=False) for _ in range(worlds)]
+        )
+        position = np.stack([cells % self.side, cells // self.side], axis=2) * CELL
+        return Snapshot(
+            {
+                "size": rng.normal(1.0, 0.05, shape).clip(0.88, 1.12),
+                "looks": rng.integers(LOOKS, size=shape),
+                "whims": rng.random((*shape, WHIMS)),
+            },
+            {
+                "position": position,
+                "heading": rng.integers(8, size=shape) * EIGHTH,
+                "speed": np.zeros(shape),
+                "phase": rng.random(shape),
+                "hit": np.zeros(shape, dtype=np.int64),
+                "blocked": np.zeros(shape, dtype=np.int64),
+                "boulder": np.tile((0.0, 0.0, -1.0), (worlds, 1)),
+                "lead": np.zeros(worlds, dtype=np.int64),
+                "steps": np.zeros(worlds, dtype=np.int64),
+            },
+        )
+
+    def step(self, snapshot: Snapshot, actions: Array) -> Snapshot:
+        """`actions` (worlds, N, 6)."""
+        actions = self.action.clip(actions)
+        boulder = self._fall(snapshot, actions)
+        struck = boulder[:, 2] >= FALL_S
+        calm = self._walk(snapshot, actions)
+        wild = self._run(snapshot, actions, boulder)
+        moving = {
+            name: np.where(struck.reshape(-1, *(1,) * (array.ndim - 1)), wild[name], array)
+            for name, array in calm.items()
+        }
+        moving["phase"] = snapshot["phase"] + self.dt_s * figures().cadence(
+            moving["speed"], (moving["heading"] - snapshot["heading"]) / self.dt_s, snapshot["size"]
+        )
+        return snapshot.after(**moving, boulder=boulder, steps=snapshot["steps"] + 1)
+
+    def nearest_image(self, snapshot: Snapshot) -> Array:
+        """Positions (worlds, N, 2), shifted by whole grounds to where they are nearest the lead."""
+        ground = self.side * CELL
+        position = snapshot["position"]
+        lead = position[np.arange(snapshot.worlds), snapshot["lead"]][:, None]
+        return np.asarray(position - np.rint((position - lead) / ground) * ground)
+
+    def _fall(self, snapshot: Snapshot, actions: Array) -> Array:
+        """The boulder one step later: let go where the lead says so."""
+        before = snapshot["boulder"]
+        asked = actions[np.arange(snapshot.worlds), snapshot["lead"]]
+        begins = (asked[:, 2] > 0.5) & (before[:, 2] < 0.0)
+        later = before + np.where(before[:, 2:] < 0.0, 0.0, self.dt_s) * (0.0, 0.0, 1.0)
+        let_go = np.concatenate([asked[:, 3:5], np.zeros((len(asked), 1))], axis=1)
+        return np.where(begins[:, None], let_go, later)
+
+    def _walk(self, snapshot: Snapshot, actions: Array) -> dict[str, AnyArray]:
+        """Cell by cell. Of several who claim one cell one goes; who goes changes every step."""
+        codes = symbols(actions)
+        heading = snapshot["heading"] + np.select(
+            [codes == LEFT, codes == RIGHT], [EIGHTH, -EIGHTH]
+        )
+        facing = eighths(snapshot["heading"])
+        cells = cells_of(snapshot["position"])
+        taken = occupied(cells, self.side)
+        asks = codes == WALK
+        target = wrapped(cells + AHEAD[facing], self.side)
+        free = asks & ~looked_up(taken, target)
+        goes = self._granted(snapshot, cells, facing, target, free)
+        distance = np.where(goes, CELL * np.hypot(*AHEAD[facing].transpose(2, 0, 1)), 0.0)
+        return {
+            "position": snapshot["position"]
+            + np.where(goes[:, :, None], CELL * AHEAD[facing], 0.0),
+            "heading": heading,
+            "speed": distance / self.dt_s,
+            "hit": snapshot["hit"],
+            "blocked": snapshot["blocked"] + (asks & ~goes),
+        }
+
+    def _granted(
+        self,
+        snapshot: Snapshot,
+        cells: AnyArray,
+        facing: AnyArray,
+        target: AnyArray,
+        free: AnyArray,
+    ) -> NDArray[np.bool_]:
+        """Who of those that walk into a `free` cell gets it.
+
+        The first in line, a line that begins with somebody else each step. Two who would cross
+        at a corner claim that corner too.
+        """
+        worlds, people = free.shape
+        turn = (np.arange(people) - snapshot["steps"][:, None] * 7919) % people
+        side = self.side
+        world = np.arange(worlds)[:, None]
+        place = (world * side + target[:, :, 1]) * side + target[:, :, 0]
+        first = np.full(worlds * side**2, people)
+        np.minimum.at(first, place[free], turn[free])
+        goes = free & (first[place] == turn)
+        slant = goes & (facing % 2 == 1)
+        low = wrapped(cells + np.minimum(AHEAD[facing], 0), side)
+        corner = (world * side + low[:, :, 1]) * side + low[:, :, 0]
+        first = np.full(worlds * side**2, people)
+        np.minimum.at(first, corner[slant], turn[slant])
+        return np.asarray(goes & (~slant | (first[corner] == turn)))
+
+    def _run(self, snapshot: Snapshot, actions: Array, boulder: Array) -> dict[str, AnyArray]:
+        """Freely, each as fast as they want within what legs can do."""
+        impact = (boulder[:, 2] >= FALL_S) & (snapshot["boulder"][:, 2] < FALL_S)
+        position = np.where(
+            impact[:, None, None], self.nearest_image(snapshot), snapshot["position"]
+        )
+        apart = np.hypot(*(position - boulder[:, None, :2]).transpose(2, 0, 1))
+        hit = snapshot["hit"] | (impact[:, None] & (apart < KNOCK))
+        up = (hit == 0) | (boulder[:, 2:] >= FALL_S + DOWN_S)
+        heading = snapshot["heading"] + np.where(up, actions[:, :, 0] * np.pi, 0.0)
+        most = HASTE * self.dt_s
+        change = np.clip(actions[:, :, 1] * RUN - snapshot["speed"], -most, most)
+        speed = np.where(up, snapshot["speed"] + change, 0.0)
+        distance = speed * self.dt_s
+        way = np.stack([np.cos(heading), np.sin(heading)], axis=2)
+        return {
+            "position": position + way * distance[:, :, None],
+            "heading": heading,
+            "speed": speed,
+            "hit": hit,
+            "blocked": snapshot["blocked"],
+        }
+
+    def outcome(self, snapshot: Snapshot) -> NDArray[np.int64]:
+        after = snapshot["boulder"][:, 2] - FALL_S
+        late = snapshot["steps"] * self.dt_s >= self.values["length"]
+        return np.where(np.where(after > -FALL_S, after >= AFTER_S, late), 1, 0)
+
+    def progress(self, snapshot: Snapshot) -> Array:
+        return np.clip(snapshot["steps"] * self.dt_s / self.values["length"], 0.0, 1.0)
+
+    def intention(
+        self,
+        snapshot: Snapshot,
+        *,
+        room: float = 2.0,
+        wander: float = 0.06,
+        rest: float = 0.03,
+        **_: float,
+    ) -> Array:
+        """Walk on, turn to the freer side before somebody comes too near, else as the whim takes.
+
+        room: cells kept free ahead.
+        wander: how often one turns though nothing is in the way, share of the decisions.
+        rest: how often one stands still, likewise.
+        """
+        if (snapshot["boulder"][:, 2] >= FALL_S).all():
+            return self.fleeing(snapshot)
+        free = clearances(snapshot, self.side)
+        whim = np.take_along_axis(
+            snapshot["whims"], (snapshot["steps"] % WHIMS)[:, None, None], axis=2
+        )[:, :, 0]
+        ahead, left, right = free[:, :, 0], free[:, :, 1], free[:, :, 2]
+        side = np.where(left > right, LEFT, np.where(right > left, RIGHT, 0))
+        side = np.where(side == 0, np.where(whim < 0.5, LEFT, RIGHT), side)
+        chosen = np.select(
+            [ahead <= room, whim < wander / 2, whim > 1 - wander / 2, whim < wander / 2 + rest],
+            [side, LEFT, RIGHT, STAND],
+            default=WALK,
+        )
+        actions = np.zeros((*chosen.shape, self.action.size))
+        actions[:, :, :2] = MOVES[chosen]
+        struck = snapshot["boulder"][:, 2] >= FALL_S
+        return np.where(struck[:, None, None], self.fleeing(snapshot), actions)
+
+    def fleeing(self, snapshot: Snapshot) -> Array:
+        """Straight away from the boulder, (worlds, N, 6)."""
+        apart = snapshot["position"] - snapshot["boulder"][:, None, :2]
+        turn = np.arctan2(apart[:, :, 1], apart[:, :, 0]) - snapshot["heading"]
+        actions = np.zeros((*turn.shape, self.action.size))
+        actions[:, :, 0] = (np.remainder(turn + np.pi, 2 * np.pi) - np.pi) / np.pi
+        actions[:, :, 1] = 1.0
+        return actions
+
+    # -- what it looks like --------------------------------------------------------------------
+
+    def interpolate(self, before: Snapshot, after: Snapshot, fraction: float) -> Snapshot:
+        ground = self.side * CELL
+        shift = np.rint((after["position"] - before["position"]) / ground) * ground
+        turn_rate = (after["heading"] - before["heading"]) / self.dt_s
+        mixed = super().interpolate(
+            before.after(position=before["position"] + shift, speed=after["speed"]), after, fraction
+        )
+        return mixed.after(turn_rate=turn_rate)
+
+    def meshes(self) -> Mapping[str, Mesh]:
+        return {**figures().meshes(), **ground_meshes(), "boulder": boulder_mesh(), "dust": puff()}
+
+    def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
+        world = snapshot.take(slice(0, 1))
+        fell_s = float(world["boulder"][0, 2])
+        struck_s = fell_s - FALL_S
+        position, size, speed = world["position"][0], world["size"][0], world["speed"][0]
+        if struck_s < 0.0:
+            position = self.nearest_image(world)[0]
+        # The ground has no edge: far from the lead people come out of nowhere, growing.
+        lead = position[int(world["lead"][0])]
+        inside = self.side * CELL / 2 - np.abs(position - lead).max(axis=1)
+        grown = np.clip(inside / EMERGE, 0.02, 1.0)
+        grown = np.clip(grown + np.clip(struck_s, 0.0, 1.0), 0.0, 1.0)
+        down = (world["hit"][0] > 0) & (struck_s >= 0.0) & (struck_s < DOWN_S)
+        rises = DOWN_S - figures().length_s(Activity.GETTING_UP)
+        people = Moment(
+            positions=position,
+            headings=world["heading"][0],
+            speeds=speed * grown,
+            phases=world["phase"][0],
+            turn_rates=world["turn_rate"][0] if "turn_rate" in world.moving else 0.0,
+            activities=np.where(
+                down, Activity.FALLEN if struck_s < rises else Activity.GETTING_UP, Activity.WALK
+            ),
+            since_s=max(struck_s - rises, 0.0) if struck_s >= rises else max(struck_s, 0.0),
+            times_s=float(world["steps"][0]) * self.dt_s + 3.0 * world["whims"][0, :, 0],
+            sizes=size * grown,
+            looks=world["looks"][0],
+        )
+        return [
+            *ground_bodies(lead),
+            *figures().bodies(people),
+            *boulder_bodies(world["boulder"][0]),
+        ]
+
+    def camera(self, snapshot: Snapshot) -> Camera:
+        world = snapshot.take(slice(0, 1))
+        lead = int(world["lead"][0])
+        x, y = world["position"][0, lead]
+        heading = float(world["heading"][0, lead])
+        forward = np.array([np.cos(heading), np.sin(heading), 0.0])
+        here = np.array([x, y, 0.0])
+        return Camera(
+            position=here - forward * 4.5 + (0.0, 0.0, 3.4),
+            look_at=here + forward * 3.0 + (0.0, 0.0, 0.9),
+            up=np.array([0.0, 0.0, 1.0]),
+        )
+
+
+# -- perceptions -------------------------------------------------------------------------------
+
+
+class Grid(Perception):
+    """What perceptions of the square have in common: symbols, and the nearest people."""
+
+    action = SYMBOLS
+
+    def __init__(self, scene: Crowd) -> None:
+        self.side = scene.side
+
+    def to_own(self, frame: AnyArray, actions: Array) -> Array:
+        return symbols(actions)[..., None].astype(np.float64)
+
+    def to_world(self, frame: AnyArray, actions: Array) -> Array:
+        given = np.zeros((*actions.shape[:-1], 6))
+        given[..., :2] = MOVES[actions[..., 0].astype(np.int64)]
+        return given
+
+
+def separations(name: str, unit: str, reach: float) -> tuple[Field, ...]:
+    """The fields of the vectors to the nearest people."""
+    return tuple(
+        Field(f"{name}_{axis}{number}", unit, -reach, reach)
+        for number in range(1, NEAREST + 1)
+        for axis in ("x", "y")
+    )
+
+
+class PaperState(Grid):
+    """Exactly the paper's: orientation, and the separations from the three closest people."""
+
+    name = "paper"
+    summary = "The paper's own: which way one faces, and the three nearest people on any side."
+    state = Box(
+        (
+            Field("east", "1", -1.0, 1.0),
+            Field("north", "1", -1.0, 1.0),
+            *separations("apart", "cells", float(SIGHT + 1)),
+        )
+    )
+
+    def perceive(self, snapshot: Snapshot) -> Percept:
+        offsets, seen = nearest(snapshot, self.side, AROUND)
+        facing = eighths(snapshot["heading"]) * EIGHTH
+        apart = np.where(seen[..., None], offsets, SIGHT + 1.0)
+        states = np.concatenate(
+            [
+                np.cos(facing)[..., None],
+                np.sin(facing)[..., None],
+                apart.reshape(*facing.shape, -1),
+            ],
+            axis=2,
+        )
+        return Percept(states, np.zeros((*facing.shape, 0)))
+
+
+class Own(Grid):
+    """The three closest people as one sees them, near ones larger than far ones."""
+
+    name = "own"
+    summary = "The three nearest people on any side, seen from the character."
+    state = Box(separations("near", "1", 1.0))
+    table = "around"
+
+    def perceive(self, snapshot: Snapshot) -> Percept:
+        offsets, seen = nearest(
+            snapshot, self.side, AHEAD_ONLY if self.table == "ahead" else AROUND
+        )
+        facing = eighths(snapshot["heading"])
+        distance = np.hypot(offsets[..., 0], offsets[..., 1])
+        weight = np.where(seen, np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0), 0.0)
+        own = turned_back(offsets, facing) * weight[..., None]
+        states = own.reshape(*facing.shape, -1)
+        return Percept(self.state.clip(states), np.zeros((*facing.shape, 0)))
+
+
+class Ahead(Own):
+    """The three closest people ahead."""
+
+    name = "ahead"
+    summary = "The three nearest people ahead, seen from the character; nobody behind counts."
+    table = "ahead"
+
+
+class Paths(Grid):
+    """How far one could walk: straight on, and to each side."""
+
+    name = "paths"
+    summary = "How many cells are free ahead and to either side, and who is near."
+    state = Box(
+        (
+            *(Field(f"free_{way}", "1", 0.0, 1.0) for way in PATHS),
+            *separations("near", "1", 1.0)[:2],
+        )
+    )
+
+    def perceive(self, snapshot: Snapshot) -> Percept:
+        room = clearances(snapshot, self.side, tuple(PATHS.values()))
+        offsets, seen = nearest(snapshot, self.side, AROUND)
+        facing = eighths(snapshot["heading"])
+        distance = np.hypot(offsets[..., 0], offsets[..., 1])
+        weight = np.where(seen, np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0), 0.0)
+        own = turned_back(offsets, facing)[:, :, 0] * weight[:, :, :1]
+        states = np.concatenate([1.0 - np.exp(-room / 2.0), own], axis=2)
+        return Percept(self.state.clip(states), np.zeros((*facing.shape, 0)))
+
+
+class Boulder(Perception):
+    """Where the boulder lies, as one sees it."""
+
+    name = "boulder"
+    summary = "The direction of the boulder, seen from the character."
+    state = Box((Field("ahead", "1", -1.0, 1.0), Field("left", "1", -1.0, 1.0)))
+    action = Box((Field("turn", "1", -1.0, 1.0), Field("walk", "1", 0.0, 1.0)))
+
+    def __init__(self, scene: Crowd) -> None:
+        pass
+
+    def perceive(self, snapshot: Snapshot) -> Percept:
+        apart = snapshot["boulder"][:, None, :2] - snapshot["position"]
+        bearing = np.arctan2(apart[:, :, 1], apart[:, :, 0]) - snapshot["heading"]
+        states = np.stack([np.cos(bearing), np.sin(bearing)], axis=2)
+        return Percept(states, np.zeros((*bearing.shape, 0)))
+
+    def to_own(self, frame: AnyArray, actions: Array) -> Array:
+        return actions[..., :2]
+
+    def to_world(self, frame: AnyArray, actions: Array) -> Array:
+        return np.concatenate([actions, np.zeros((*actions.shape[:-1], 4))], axis=-1)
+
+
+# -- the grid ----------------------------------------------------------------------------------
+
+
+def symbols(actions: Array) -> NDArray[np.int64]:
+    """The symbol that each of `actions` (..., 6) comes to: turning goes before walking."""
+    return np.select(
+        [actions[..., 0] > 0.5, actions[..., 0] < -0.5, actions[..., 1] > 0.5],
+        [LEFT, RIGHT, WALK],
+        default=STAND,
+    )
+
+
+def eighths(heading: Array) -> NDArray[np.int64]:
+    """Which of the eight ways `heading` points, 0 to 7."""
+    return np.asarray(np.rint(heading / EIGHTH).astype(np.int64) % 8)
+
+
+def cells_of(position: Array) -> NDArray[np.int64]:
+    """The cells of `position` (..., 2), not wrapped."""
+    return np.asarray(np.rint(position / CELL).astype(np.int64))
+
+
+def wrapped(cells: AnyArray, side: int) -> AnyArray:
+    """`cells` (..., 2) on the ground, from 0 to `side` - 1."""
+    return np.asarray(cells % side)
+
+
+def occupied(cells: AnyArray, side: int) -> NDArray[np.bool_]:
+    """Which cells hold somebody, (worlds, side, side), rows by y, for `cells` (worlds, N, 2)."""
+    ground = np.zeros((len(cells), side, side), dtype=np.bool_)
+    spots = wrapped(cells, side)
+    ground[np.arange(len(cells))[:, None], spots[:, :, 1], spots[:, :, 0]] = True
+    return ground
+
+
+def looked_up(ground: NDArray[np.bool_], cells: AnyArray) -> NDArray[np.bool_]:
+    """`ground` (worlds, side, side) at `cells` (worlds, ..., 2) on it."""
+    world = np.arange(len(ground)).reshape(-1, *(1,) * (cells.ndim - 2))
+    return np.asarray(ground[world, cells[..., 1], cells[..., 0]])
+
+
+def window(ahead: bool, reach: int) -> NDArray[np.int64]:
+    """The cells within `reach` of one's own for each way one may face, nearest first.
+
+    Shape (8, K, 2). Of cells equally far those more ahead come first, then those to the left.
+    `ahead` leaves out those to the sides and behind.
+    """
+    span = np.arange(-reach, reach + 1)
+    cells = np.stack(np.meshgrid(span, span), axis=-1).reshape(-1, 2)
+    far = np.hypot(cells[:, 0], cells[:, 1])
+    cells, far = cells[(far > 0) & (far <= reach)], far[(far > 0) & (far <= reach)]
+    tables = []
+    for way in range(8):
+        bearing = np.arctan2(cells[:, 1], cells[:, 0]) - way * EIGHTH
+        bearing = np.remainder(bearing + np.pi - 1e-9, 2 * np.pi) - np.pi + 1e-9
+        order = np.lexsort((-bearing, np.round(np.abs(bearing), 6), far))
+        if ahead:
+            order = order[np.abs(bearing[order]) < np.pi / 2 - 1e-6]
+        tables.append(cells[order])
+    least = min(len(table) for table in tables)
+    return np.stack([table[:least] for table in tables])
+
+
+AROUND = (window(False, 4), window(False, SIGHT))
+AHEAD_ONLY = (window(True, 5), window(True, SIGHT))
+
+
+def nearest(
+    snapshot: Snapshot, side: int, tables: tuple[NDArray[np.int64], ...]
+) -> tuple[Array, NDArray[np.bool_]]:
+    """The cells from everybody to the NEAREST people, and whether there are so many.
+
+    Shapes (worlds, N, NEAREST, 2) and (worlds, N, NEAREST).
+    """
+    ground = occupied(cells_of(snapshot["position"]), side)
+    cells = wrapped(cells_of(snapshot["position"]), side)
+    facing = eighths(snapshot["heading"])
+    offsets = np.zeros((*facing.shape, NEAREST, 2))
+    seen = np.zeros((*facing.shape, NEAREST), dtype=np.bool_)
+    left = np.nonzero(np.ones(facing.shape, dtype=np.bool_))
+    for table in tables:
+        around = table[facing[left]]
+        spots = wrapped(cells[left][:, None] + around, side)
+        there = ground[left[0][:, None], spots[..., 1], spots[..., 0]]
+        rank = np.cumsum(there, axis=1, dtype=np.uint8)
+        for number in range(NEAREST):
+            at = (there & (rank == number + 1)).argmax(axis=1)
+            row = np.arange(len(at))
+            offsets[(*left, number)] = around[row, at]
+            seen[(*left, number)] = there[row, at] & (rank[row, at] == number + 1)
+        short = ~seen[left].all(axis=1)
+        left = (left[0][short], left[1][short])
+    return offsets, seen
+
+
+def turned_back(offsets: Array, facing: NDArray[np.int64]) -> Array:
+    """`offsets` (..., K, 2) as one sees them who is `facing` (...) that way: ahead, and left."""
+    angle = facing * EIGHTH
+    cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    x, y = offsets[..., 0], offsets[..., 1]
+    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
+
+
+def clearances(
+    snapshot: Snapshot, side: int, ways: Sequence[int] = (0, 1, -1), reach: int = 5
+) -> Array:
+    """Free cells in a row to each of `ways`, eighths from the way one faces, (worlds, N, ways)."""
+    ground = occupied(cells_of(snapshot["position"]), side)
+    cells = cells_of(snapshot["position"])
+    facing = eighths(snapshot["heading"])
+    rooms = []
+    for aside in ways:
+        way = AHEAD[(facing + aside) % 8]
+        free = np.zeros(facing.shape)
+        open_ = np.ones(facing.shape, dtype=np.bool_)
+        for far in range(1, reach + 1):
+            open_ = open_ & ~looked_up(ground, wrapped(cells + far * way, side))
+            free += open_
+        rooms.append(free)
+    return np.stack(rooms, axis=2)
+
+
+# -- meshes ------------------------------------------------------------------------------------
+
+EMERGE = 1.2
+"""Metres over which people grow who come into the ground that is seen."""
+PUFFS = 60
+
+
+@lru_cache(maxsize=1)
+def figures() -> Figures:
+    """The bodies that people have."""
+    return Figures()
+
+
+def ground_meshes() -> dict[str, Mesh]:
+    """A paved square and the joints between its slabs."""
+    square = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=np.float64)
+    faces = np.array([(0, 1, 2), (0, 2, 3)])
+    return {
+        "paving": Mesh(square, faces, (196, 190, 178), flat=True),
+        "joint": Mesh(square * (0.5, 0.012, 1.0), faces, (166, 160, 150), flat=True),
+    }
+
+
+def ground_bodies(lead: Array) -> list[Body]:
+    """The paving around the `lead` (2,), moving on by whole slabs so that it seems to stay."""
+    slab = 2 * CELL
+    x, y = np.rint(lead / slab) * slab
+    level = np.array([(1.0, 0.0, 0.0, 0.0)])
+    across = np.array([(np.cos(np.pi / 4), 0.0, 0.0, np.sin(np.pi / 4))])
+    line = (np.arange(-20, 21) - 0.5) * slab
+    east = np.stack([np.full(len(line), x), y + line, np.full(len(line), 0.004)], axis=1)
+    north = np.stack([x + line, np.full(len(line), y), np.full(len(line), 0.004)], axis=1)
+    turns = np.concatenate([np.repeat(level, len(line), 0), np.repeat(across, len(line), 0)])
+    scales = np.tile((40 * slab, 1.0, 1.0), (len(turns), 1))
+    return [
+        Body("paving", "paving", np.array([(x, y, 0.0)]), level, np.full(1, 150.0)),
+        Body("joints", "joint", np.concatenate([east, north]), turns, scales),
+    ]
+
+
+@lru_cache(maxsize=1)
+def boulder_mesh() -> Mesh:
+    """A chipped rock of radius 1."""
+    rng = np.random.default_rng(4)
+    ball = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
+    cuts = rng.normal(size=(24, 3))
+    cuts /= np.linalg.norm(cuts, axis=1, keepdims=True)
+    depth = rng.uniform(0.8, 0.97, 24)
+    points = np.asarray(ball.vertices, dtype=np.float64)
+    radius = np.minimum((depth / np.maximum(points @ cuts.T, 1e-9)).min(axis=1), 1.0)
+    faces = np.asarray(ball.faces, dtype=np.int64)
+    return Mesh(points * radius[:, None], faces, (112, 100, 92), flat=True)
+
+
+def puff() -> Mesh:
+    """A clod of dust of radius 1."""
+    ball = trimesh.creation.icosphere(subdivisions=1, radius=1.0)
+    return Mesh(np.asarray(ball.vertices), np.asarray(ball.faces), (190, 176, 152), flat=True)
+
+
+def boulder_bodies(boulder: Array) -> list[Body]:
+    """The boulder on its way down or at rest, and the dust of its impact."""
+    x, y, since = boulder
+    if since < 0.0:
+        return []
+    left = max(1.0 - (since / FALL_S) ** 2, 0.0)
+    spin = 1.7 * min(since, FALL_S)
+    turn = np.array([(np.cos(spin), 0.6 * np.sin(spin), 0.8 * np.sin(spin), 0.0)])
+    at = np.array([(x, y, 0.75 * BOULDER + HEIGHT * left)])
+    bodies = [Body("boulder", "boulder", at, turn, np.full(1, BOULDER))]
+    age = since - FALL_S
+    if 0.0 <= age < 4.0:
+        rng = np.random.default_rng(11)
+        bearing, pace = rng.uniform(-np.pi, np.pi, PUFFS), rng.uniform(0.4, 1.0, PUFFS)
+        out = BOULDER * 0.7 + 4.5 * pace * (1.0 - np.exp(-1.6 * age))
+        high = 0.1 + rng.uniform(0.2, 1.5, PUFFS) * (1.0 - np.exp(-1.2 * age))
+        size = 0.55 * rng.uniform(0.5, 1.0, PUFFS) * np.minimum(4.0 * age + 0.2, 1.0)
+        size = size * np.clip(1.0 - age / 4.0, 0.0, 1.0)
+        places = np.stack([x + out * np.cos(bearing), y + out * np.sin(bearing), high], axis=1)
+        turns = np.tile((1.0, 0.0, 0.0, 0.0), (PUFFS, 1))
+        bodies.append(Body("dust", "dust", places, turns, size))
+    return bodies
+
+
+SCENE: type[Scene] = Crowd
