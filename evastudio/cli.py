@@ -243,7 +243,7 @@ def fit(
         str | None,
         typer.Option(
             help="svr (smooth, the default), knn (exact), local-linear, sampled (as varied as "
-            "shown); voting where actions are symbols; auto (chosen for you)."
+            "shown), voting or sampled-voting for symbols; auto (chosen for you)."
         ),
     ] = None,
     perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,

@@ -17,7 +17,7 @@ from evastudio.learning.learner import Indices, Learner, Reasons
 from evastudio.learning.local_linear import LocalLinearPolicy
 from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
-from evastudio.learning.voting import VotingKNNPolicy
+from evastudio.learning.voting import SampledVotingPolicy, VotingKNNPolicy
 from evastudio.world.spaces import Array, Box, Space
 
 LEARNERS: Mapping[str, type[Learner]] = {
@@ -26,6 +26,7 @@ LEARNERS: Mapping[str, type[Learner]] = {
     "local-linear": LocalLinearPolicy,
     "sampled": SampledKNNPolicy,
     "voting": VotingKNNPolicy,
+    "sampled-voting": SampledVotingPolicy,
 }
 """By the name users know them by; the first that fits a scene's actions is its default."""
 

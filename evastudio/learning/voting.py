@@ -99,10 +99,19 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
         asked = checked_states(self, states)
         return self.average(asked)
 
-    def decide(self, states: Array) -> Array:
-        """Codes of the symbols, their places in `classes_`, (queries, 1), for good states."""
+    def decide(self, states: Array, draws: Array | None = None) -> Array:
+        """Codes of the symbols, their places in `classes_`, (queries, 1), for good states.
+
+        `draws` (queries,) in [0, 1) draw among the votes instead of counting them.
+        """
         votes = self.average(states)
-        return np.asarray(votes.argmax(axis=1)[:, None], dtype=np.float64)
+        if draws is None:
+            codes = votes.argmax(axis=1)
+        else:
+            past = np.cumsum(votes, axis=1) > draws[:, None]
+            past[:, -1] = True  # rounding can leave the sum of all short of 1
+            codes = past.argmax(axis=1)
+        return np.asarray(codes[:, None], dtype=np.float64)
 
     def layouts(self) -> tuple[Layout, ...]:
         """What a policy file holds of it."""
@@ -117,3 +126,14 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
             raise InvalidInputError("its symbols are not those of its action")
         if not ((self.actions_ <= 1.0) & (self.actions_.sum(axis=1, keepdims=True) == 1.0)).all():
             raise InvalidInputError("a pair of it has not exactly one symbol")
+
+
+class SampledVotingPolicy(VotingKNNPolicy):
+    """A symbol drawn among the votes of the `k` nearest pairs, as often as each was shown there.
+
+    A crowd that counts votes does the commonest thing everywhere; one that draws keeps what was
+    rare but shown (paper, section 5). Asked by `predict`, without a draw, it counts. Parameters,
+    attributes and errors are those of `VotingKNNPolicy`.
+    """
+
+    draws: ClassVar[bool] = True

@@ -135,3 +135,15 @@ def test_a_held_key_chooses_its_symbol(walker: Scene) -> None:
     assert keys.read(1.0, 1.5).tolist() == [[3.0]]
     keys.hold(["KeyN"], 1.5)
     assert keys.read(1.5, 2.0).tolist() == [[2.0]]
+
+
+def test_sampled_votes_give_every_symbol_as_often_as_it_was_shown_there(walker: Scene) -> None:
+    states = np.zeros((10, walker.perception().state.size))
+    actions = np.array([[1.0]] * 7 + [[3.0]] * 3)
+    pairs = Pairs(states, actions, np.zeros(10, dtype=int), np.arange(10))
+    policy = fit_policy(pairs, walker, learner="sampled-voting", settings={"k": 10})
+    asked = np.zeros((1000, states.shape[1]))
+    drawn = policy.learner.decide(asked, (np.arange(1000) + 0.5) / 1000)[:, 0]
+    assert np.count_nonzero(drawn == 1.0) == 700
+    assert np.count_nonzero(drawn == 3.0) == 300
+    assert (policy.act_states(asked) == 1.0).all()
