@@ -1,4 +1,4 @@
-# make run | test | lint | bench-crossing: each sets up what it needs in .venv first.
+# make run | test | lint | bench-crossing | bench-conflicts: each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -7,7 +7,7 @@ export PYTHONDONTWRITEBYTECODE = 1
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint format bench-crossing pictures chromium clean
+.PHONY: run test lint format bench-crossing bench-conflicts pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -26,6 +26,9 @@ format: $(VENV)/.dev
 
 bench-crossing: $(VENV)/.dev
 	$(BIN)/python benchmarks/crossing.py
+
+bench-conflicts: $(VENV)/.dev
+	$(BIN)/python benchmarks/conflicts.py
 
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium

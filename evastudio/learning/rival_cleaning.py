@@ -21,9 +21,9 @@ class ClusterEliminator(BaseEstimator):  # type: ignore[misc]
     """Keeps of each cluster of pairs with like states those whose actions are of the main kind.
 
     After Friedrich et al. 1996, whom the paper names (section 2): states are quantised, and in each
-    quantum one action stands. States are parted by k-means, the actions of each part by k-means
-    once more into two, and the larger of the two stays where they lie farther apart than
-    `threshold`. The number of pairs within a part plays the part of the paper's l.
+    quantum one action stands. States are parted by k-means; the actions of a part are parted in two
+    halfway along the line on which they differ most, and where the means of the two are farther
+    apart than `threshold` only the larger stays.
 
     Parameters
     ----------
