@@ -292,8 +292,8 @@ def report(
         lines.append(f"| {row} | " + " | ".join(cells) + " |")
     lines += [
         "",
-        "Cleaning here is `clean_pairs` at its defaults; `docs/conflicts.md` says what it finds. On "
-        "tuning sets 1 and 2 of `human` (200 fields) the paper's l = 5 and eta = 0.1 cut 46 to "
+        "Cleaning here is `clean_pairs` at its defaults; `docs/conflicts.md` says what it finds. "
+        "On tuning sets 1 and 2 of `human` (200 fields) the paper's l = 5 and eta = 0.1 cut 46 to "
         "47 % of the pairs, 93 % of the strong turns among them, and k-NN fell from 97 to between "
         "82 and 88 %.",
         "",
