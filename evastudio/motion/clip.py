@@ -15,6 +15,15 @@ MOST_VALUES = 8_000_000
 """Numbers that one clip may hold: 64 MB, or a quarter of an hour of 41 joints at 30 a second."""
 
 
+def fitting(name: str, frames: int, joints: int) -> None:
+    """Raise InvalidInputError unless a clip of that size may be made: before it is allocated."""
+    if frames * joints * 7 > MOST_VALUES or frames < 2:
+        raise InvalidInputError(
+            f"Clip {name!r} claims {frames} moments of {joints} joints; it may have 2 to "
+            f"{MOST_VALUES // (7 * max(joints, 1))}. Export a shorter part, or fewer a second."
+        )
+
+
 @dataclass(frozen=True)
 class Clip:
     """Moments of one movement, evenly spaced. Raises InvalidInputError where they make none."""

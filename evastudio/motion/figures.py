@@ -54,6 +54,8 @@ MANNERS = (SHY, PLAIN, HURRIED)
 """At manner -1, 0 and 1."""
 TURN_A_CYCLE = 1.1
 """Radians that two steps on the spot turn."""
+SLOWEST_HZ = 0.45
+"""Who creeps takes small steps at about this cadence instead of long slow ones."""
 GRAVITY = 9.81
 
 
@@ -197,8 +199,11 @@ class Figures:
         manners: Numbers | float = 0.0,
     ) -> Array:
         """Cycles a second at these speeds: what a scene adds up to the phases of its characters."""
-        strides = self._mixed_strides(np.asarray(speeds) / sizes, np.asarray(manners)) * sizes
-        return np.asarray(np.hypot(np.abs(speeds) / strides, np.asarray(turn_rates) / TURN_A_CYCLE))
+        speeds = np.abs(speeds) / sizes
+        ahead = speeds / self._mixed_strides(speeds, np.asarray(manners))
+        around = np.asarray(turn_rates) / TURN_A_CYCLE
+        slow = SLOWEST_HZ * moving(speeds, turn_rates) * (1 - smooth(speeds / 1.2))
+        return np.asarray(np.sqrt(ahead**2 + around**2 + slow**2))
 
     def joints(self, moment: Moment) -> Joints:
         """Where all joints are."""
@@ -285,8 +290,8 @@ class Figures:
 
     def _mix(self, moment: Moment, speeds: Floats, turns: Floats) -> tuple[Whole, Floats]:
         """Rows of the table and their weights, each (N, 14)."""
-        moving = smooth(np.hypot(speeds / 0.5, turns / 0.9))
-        standing = 1 - moving
+        walking = moving(speeds, turns)
+        standing = 1 - walking
         count = len(speeds)
         indices = np.zeros((14, count), dtype=np.int32)
         weights = np.zeros((14, count), dtype=np.float32)
@@ -303,7 +308,7 @@ class Figures:
             indices[12, doing], indices[13, doing] = once.start + row, once.start + row + 1
             weights[12, doing] = taken * (1 - place + row)
             weights[13, doing] = taken * (place - row)
-            moving[doing] *= 1 - taken
+            walking[doing] *= 1 - taken
             standing[doing] *= 1 - taken
         (low, share), (style, part) = self._bracket(speeds), _manner(moment.manners)
         cycle = np.mod(moment.phases, 1.0) * PHASES
@@ -316,7 +321,7 @@ class Figures:
             for kind, weight in ((low, 1 - share), (low + 1, share)):
                 first = self._walks[way, kind] + row
                 for extra, near in ((0, 1 - late), (1, late)):
-                    indices[term], weights[term] = first + extra, moving * manner * weight * near
+                    indices[term], weights[term] = first + extra, walking * manner * weight * near
                     term += 1
             for extra, near in ((0, 1 - place + rest), (1, place - rest)):
                 indices[term] = self._stands[way] + rest + extra
@@ -389,6 +394,11 @@ def smooth(share: Numbers) -> Numbers:
     """0 below 0, 1 above 1, and without a kink between."""
     inside = np.clip(share, 0.0, 1.0)
     return np.asarray(inside * inside * (3 - 2 * inside))
+
+
+def moving(speeds: Numbers, turn_rates: Numbers | float) -> Numbers:
+    """How far steps have taken over from standing, 0 to 1."""
+    return smooth(np.hypot(speeds / 0.2, np.asarray(turn_rates) / 0.4))
 
 
 def _manner(manners: Numbers) -> tuple[Whole, Numbers]:

@@ -16,7 +16,7 @@ from evastudio.motion.poses import Poses
 from evastudio.motion.rotations import about, product, rotated
 from evastudio.world.spaces import Array
 
-PHASES = 32
+PHASES = 64
 """Moments of a cycle that are kept; between them is interpolated."""
 RUNNING = 2.2
 """Metres a second from which on both feet leave the ground."""
@@ -131,10 +131,10 @@ def _leg(
     lift = 0.05 + 0.05 * brisk
     if runs:
         lift = 0.13 + 0.05 * speed
-    free[:, 1] += lift * np.sin(np.pi * swing ** (0.8 if runs else 0.75)) ** 2
+    free[:, 1] += lift * np.sin(np.pi * swing ** (0.8 if runs else 0.75)) ** 1.2
     place = np.where((phase < duty)[:, None], rolled, free)
     soles = rotated(about(1, pitch)[:, None], SOLES)[..., 2].min(axis=1) + place[:, 1] + ANKLE
-    clear = np.where(phase < duty, 0.0, 0.03 * np.sin(np.pi * swing))
+    clear = np.where(phase < duty, 0.0, 0.05 * np.sin(np.pi * swing) ** 0.7)
     place[:, 1] += np.maximum(clear - soles, 0.0)
     place[:, 0] += stroke * stride - (0.05 if runs else 0.06) * brisk
     place[:, 1] += ANKLE
