@@ -110,14 +110,29 @@ def highest(root: Array, hips: Array, ankles: Array, standing: NDArray[np.bool_]
     return np.asarray(np.where(standing, top, np.inf).min(axis=1))
 
 
+def stroke(phase: Array, duty: float) -> Array:
+    """Where a foot is between its farthest ahead and behind, in strides; `phase` from touchdown.
+
+    While it stands it falls as the phase rises; then it swings ahead, and already comes back at
+    the ground's speed as it touches down.
+    """
+    swing = np.clip((phase - duty) / (1 - duty), 0.0, 1.0)
+    back = 3 * swing**2 - 2 * swing**3
+    slope = 2 * swing**3 - 3 * swing**2 + swing
+    return np.where(phase < duty, duty / 2 - phase, (back - 0.5) * duty - slope * (1 - duty))
+
+
+def clearance(swing: Array) -> Array:
+    """Least height of a swinging sole, m: it lifts and lands steeply, so as not to skim."""
+    return np.asarray(0.05 * np.sin(np.pi * np.clip(swing, 0.0, 1.0)) ** 0.7)
+
+
 def _leg(
     phase: Array, duty: float, stride: float, brisk: float, runs: bool, speed: float
 ) -> tuple[Array, Array, Array]:
     """Stroke (F,), ankle ahead and up (F, 2) and pitch of the foot (F,), toes down positive."""
     swing = np.clip((phase - duty) / (1 - duty), 0.0, 1.0)
     back = 3 * swing**2 - 2 * swing**3
-    slope = 2 * swing**3 - 3 * swing**2 + swing
-    stroke = np.where(phase < duty, duty / 2 - phase, (back - 0.5) * duty - slope * (1 - duty))
     raised = (0.05 if runs else 0.3) * brisk
     pushed = (0.85 if runs else 0.7) * brisk + (0.0 if runs else 0.1)
     flat = 0.35 if runs else 0.55
@@ -134,11 +149,12 @@ def _leg(
     free[:, 1] += lift * np.sin(np.pi * swing ** (0.8 if runs else 0.75)) ** 1.2
     place = np.where((phase < duty)[:, None], rolled, free)
     soles = rotated(about(1, pitch)[:, None], SOLES)[..., 2].min(axis=1) + place[:, 1] + ANKLE
-    clear = np.where(phase < duty, 0.0, 0.05 * np.sin(np.pi * swing) ** 0.7)
+    clear = np.where(phase < duty, 0.0, clearance(swing))
     place[:, 1] += np.maximum(clear - soles, 0.0)
-    place[:, 0] += stroke * stride - (0.05 if runs else 0.06) * brisk
+    stroked = stroke(phase, duty)
+    place[:, 0] += stroked * stride - (0.05 if runs else 0.06) * brisk
     place[:, 1] += ANKLE
-    return stroke, place, pitch
+    return stroked, place, pitch
 
 
 def _rolled(pitch: Array) -> Array:
