@@ -32,7 +32,8 @@ def named_parts(skeleton: Skeleton) -> dict[str, int]:
     """
     known: dict[tuple[str, str], int] = {}
     for joint, name in enumerate(skeleton.names):
-        known.setdefault(_plain(name), joint)
+        if name:
+            known.setdefault(_plain(name), joint)
     found: dict[str, int] = {}
     for part, aliases in PARTS.items():
         for side in ("left", "right") if part in SIDED else ("",):
@@ -41,7 +42,7 @@ def named_parts(skeleton: Skeleton) -> dict[str, int]:
             if present:
                 found[name] = present[0]
             elif part not in OPTIONAL:
-                listed = ", ".join(skeleton.names[:24])
+                listed = ", ".join(name for name in skeleton.names[:24] if name)
                 raise InvalidInputError(
                     f"No joint was found for the {name.replace('_', ' ')}; joints are named like "
                     f"'Left{aliases[0].title()}' or '{aliases[0]}.l'. There are: {listed}."
@@ -51,7 +52,7 @@ def named_parts(skeleton: Skeleton) -> dict[str, int]:
 
 def _plain(name: str) -> tuple[str, str]:
     """Side ('left', 'right' or '') and plain name of a joint."""
-    bare = PREFIX.sub("", name.strip())
+    bare = re.sub(r"_\d+$", "", PREFIX.sub("", name.strip()))
     side = ""
     for which, letter in (("left", "l"), ("right", "r")):
         sided = re.sub(rf"^{which}|{which}$", "", bare, flags=re.IGNORECASE)
