@@ -1,4 +1,4 @@
-"""A workspace: a user's folder with their scenes, policies and session store."""
+"""A workspace: a user's folder with their scenes, policies, clips and session store."""
 
 from __future__ import annotations
 
@@ -44,6 +44,11 @@ class Workspace:
     def policies(self) -> Path:
         """Where new policies are written."""
         return self.root / "policies"
+
+    @property
+    def motion(self) -> Path:
+        """Where a user's clips lie, .glb and .bvh, and which activity each is for."""
+        return self.root / "motion"
 
     def ready(self) -> Workspace:
         """Make the folder and check that it can be written. Raises StorageError."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from evastudio.errors import InvalidInputError
 from evastudio.motion import keyposes, shapes
 from evastudio.motion.body import HIPS, OFFSETS, PARENTS, UPPER
-from evastudio.motion.gait import HURRIED, PHASES, PLAIN, RUNNING, SHY, Gait, Manner, gait
+from evastudio.motion.gait import HURRIED, PHASES, PLAIN, RUNNING, SHY, Gait, gait, stride_at
 from evastudio.motion.legs import legs
 from evastudio.motion.poses import Poses
 from evastudio.motion.rotations import (
@@ -49,7 +49,10 @@ JOINTS = (
     "right_foot",
 )
 SPEEDS = (0.0, 0.6, 1.2, 1.8, 2.6, 4.0, 5.5)
-"""Metres a second at size 1 for which gaits are kept; others are mixed of two."""
+"""Metres a second at size 1 for which gaits are kept; others are mixed of two.
+
+A gait that was chosen instead stands at each of its speeds, with steps as much longer or shorter.
+"""
 MANNERS = (SHY, PLAIN, HURRIED)
 """At manner -1, 0 and 1."""
 TURN_A_CYCLE = 1.1
@@ -169,13 +172,25 @@ class Figures:
         Raises InvalidInputError for an activity that has no such thing.
         """
         table = self._table = Table()
-        kinds = [_gaits(manner, gaits or {}) for manner in MANNERS]
-        self._speeds = np.array([one.speed for one in kinds[0]])
-        self._strides = np.array([[one.stride_m for one in row] for row in kinds])
-        self._walks = np.array([[table.add(gait_rows(one)) for one in row] for row in kinds])
+        self._speeds = np.array(SPEEDS)
+        self._walks = np.zeros((len(MANNERS), len(SPEEDS)), dtype=np.int64)
+        self._strides = np.zeros(self._walks.shape)
+        starts = {code: table.add(gait_rows(one)) for code, one in (gaits or {}).items()}
+        for row, manner in enumerate(MANNERS):
+            for column, speed in enumerate(SPEEDS):
+                self._strides[row, column] = stride_at(speed, manner)
+                code = Activity.RUN if speed >= RUNNING else Activity.WALK
+                if gaits and code in gaits:
+                    one = gaits[code]
+                    self._walks[row, column] = starts[code]
+                    self._strides[row, column] *= one.stride_m / stride_at(one.speed)
+                else:
+                    self._walks[row, column] = table.add(gait_rows(gait(speed, manner)))
         chosen = dict(movements or {})
         resting = chosen.pop(Activity.STAND) if Activity.STAND in chosen else None
-        stands = [rows(resting or keyposes.stand(manner)) for manner in MANNERS]
+        stands = [
+            rows(keyposes.stand(manner) if resting is None else resting) for manner in MANNERS
+        ]
         self._stands = np.array([table.add(np.concatenate([s, s[:1]])) for s in stands])
         self._stand_rows = len(stands[0])
         timed: dict[Activity, _Timed] = {}
@@ -183,7 +198,7 @@ class Figures:
             poses = chosen.pop(code) if code in chosen else shipped()
             timed[code] = _Timed(table.add(rows(poses)), len(poses) - 1, fade_in_s, fade_out_s)
         self._timed = timed
-        wrong = [code.name for code in {*chosen, *(gaits or {})} if code not in CHOICES]
+        wrong = [code.name for code in chosen] + [code.name for code in starts if code not in GAITS]
         if wrong:
             raise InvalidInputError(f"No clip can be chosen for {', '.join(wrong)}.")
 
@@ -314,7 +329,9 @@ class Figures:
         cycle = np.mod(moment.phases, 1.0) * PHASES
         row = np.minimum(cycle.astype(np.int64), PHASES - 1)
         late = cycle - row
-        place = np.mod(moment.times_s / keyposes.STAND_S, 1.0) * self._stand_rows
+        place = (
+            np.mod(moment.times_s * (keyposes.RATE_HZ / self._stand_rows), 1.0) * self._stand_rows
+        )
         rest = np.minimum(place.astype(np.int64), self._stand_rows - 1)
         term = 0
         for way, manner in ((style, 1 - part), (style + 1, part)):
@@ -361,8 +378,8 @@ ONCE = (
     (Activity.GETTING_UP, keyposes.get_up, 0.0, 0.35),
 )
 """Movements that run once, with the seconds over which they take over and hand back."""
-CHOICES = frozenset({Activity.WALK, Activity.RUN, Activity.STAND, *(code for code, *_ in ONCE)})
-"""Activities for which a clip can be chosen."""
+GAITS = (Activity.WALK, Activity.RUN)
+"""Activities that are walked in cycles."""
 
 
 def stepped(
@@ -405,20 +422,6 @@ def _manner(manners: Numbers) -> tuple[Whole, Numbers]:
     place = np.clip(manners, -1.0, 1.0) + 1
     low = np.minimum(place.astype(np.int64), len(MANNERS) - 2)
     return low, place - low
-
-
-def _gaits(manner: Manner, chosen: Mapping[Activity, Gait]) -> list[Gait]:
-    """The gaits of one manner by rising speed, those `chosen` in place of the shipped ones."""
-    speeds = [speed for speed in SPEEDS if not _replaced(speed, chosen)]
-    gaits = [gait(speed, manner) for speed in speeds]
-    gaits += [chosen[code] for code in (Activity.WALK, Activity.RUN) if code in chosen]
-    return sorted(gaits, key=lambda one: one.speed)
-
-
-def _replaced(speed: float, chosen: Mapping[Activity, Gait]) -> bool:
-    if speed >= RUNNING:
-        return Activity.RUN in chosen
-    return speed > 0 and Activity.WALK in chosen
 
 
 def _scales(limb: shapes.Limb, sizes: Floats, broad: Floats) -> Floats:

@@ -76,7 +76,7 @@ def gait(speed: float, manner: Manner = PLAIN) -> Gait:
     """The shipped gait at `speed` in m/s; at 0 it steps on the spot."""
     runs = speed >= RUNNING
     brisk = min(speed / 1.3, 1.0)
-    stride = manner.stride * (0.62 + (0.5 * speed if runs else 0.54 * speed))
+    stride = stride_at(speed, manner)
     duty = float(np.clip(0.44 - 0.03 * speed, 0.28, 0.4) if runs else 0.64 - 0.03 * speed)
     phase = np.arange(PHASES) / PHASES
     legs = [
@@ -99,6 +99,11 @@ def gait(speed: float, manner: Manner = PLAIN) -> Gait:
     root[:, 2] = bob + (top - bob).min()
     hinges = np.broadcast_to(np.array([[-0.1, 1.0, 0.0], [0.1, 1.0, 0.0]]), (PHASES, 2, 3))
     return Gait(Poses(root, upper, ankles, feet, np.array(hinges)), strokes, stride, speed)
+
+
+def stride_at(speed: float, manner: Manner = PLAIN) -> float:
+    """Metres a cycle at `speed` m/s, at size 1."""
+    return manner.stride * (0.62 + (0.5 if speed >= RUNNING else 0.54) * speed)
 
 
 def highest(root: Array, hips: Array, ankles: Array, standing: NDArray[np.bool_]) -> Array:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from evastudio.errors import InvalidInputError
 from evastudio.motion.body import SOLES
 from evastudio.motion.gait import PHASES, Gait, clearance, highest, stroke
+from evastudio.motion.movements import closed
 from evastudio.motion.poses import Poses
 from evastudio.motion.rotations import rotated
 from evastudio.world.spaces import Array
@@ -36,7 +37,7 @@ def gait_of(poses: Poses, rate_hz: float, name: str) -> Gait:
     first, length = _cycle(poses.at(np.arange(float(kept))), rate_hz, name)
     moments = 4 * PHASES
     path = poses.at(np.asarray(first + np.arange(moments + 1) * (length / moments)))
-    path = _closed(path)
+    path = closed(path)
     ends = path.soles()
     pace, stands = _standing(ends, name)
     begins, lasts = zip(*(_longest(stands[:, foot]) for foot in (0, 1)), strict=True)
@@ -102,19 +103,6 @@ def _cycle(poses: Poses, rate_hz: float, name: str) -> tuple[int, int]:
     return best[1], best[2]
 
 
-def _closed(path: Poses) -> Poses:
-    """`path` on the spot, its last moment made equal to its first without a jump between."""
-    share = np.linspace(0.0, 1.0, len(path))
-    travel = path.root[-1] - path.root[0]
-    away = path.root[0] * (1, 1, 0) + share[:, None] * travel
-    away[:, 2] = share * travel[2]
-    level = [path.root - away, path.upper, path.ankles - away[:, None], path.feet, path.hinges]
-    for number, array in enumerate(level):
-        weight = share.reshape(-1, *[1] * (array.ndim - 1))
-        level[number] = array - weight * (array[-1] - array[0])
-    return Poses(*level)
-
-
 def _standing(ends: Array, name: str) -> tuple[float, NDArray[np.bool_]]:
     """Metres a cycle, and when each foot stands: (F, 2) over the cycle without its last moment.
 
@@ -128,8 +116,12 @@ def _standing(ends: Array, name: str) -> tuple[float, NDArray[np.bool_]]:
     back = (here - there) * moments
     floor = np.percentile(height, 2.0, axis=0)
     lift = np.ptp(height, axis=0)
-    low = height < floor + np.maximum(LOW, 0.25 * lift)
-    pace = float(np.median(back[low & (back > 0)])) if (low & (back > 0)).any() else 0.0
+    pace, low = 0.0, height < floor
+    for share in (0.25, 0.08):  # of the lift; high jumps need the stricter one
+        low = height < floor + np.maximum(LOW, share * lift)
+        pace = float(np.median(back[low]))
+        if pace >= 0.05:
+            break
     if pace < 0.05:
         raise InvalidInputError(
             f"The feet of clip {name!r} do not push ahead, so it is no walk; choose it for another "
