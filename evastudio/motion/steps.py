@@ -22,6 +22,10 @@ LOW = 0.035
 """Metres above the ground up to which a heel or ball may stand on it."""
 SETTLING = 0.2
 """Share of a swing at each end in which the foot goes more up or down than ahead."""
+SINKING = 0.09
+"""Metres that hips may be lowered, now and then in a cycle, for feet that would not reach."""
+SHORTEST = 0.75
+"""Share of their length below which steps are not shortened for that."""
 DUTY = (0.15, 0.85)
 """Share of a cycle that a foot stands."""
 
@@ -66,8 +70,16 @@ def gait_of(poses: Poses, rate_hz: float, name: str) -> Gait:
     ankles[..., 0] -= middle
     root = level.root - (middle, level.root[:, 1].mean(), 0.0)
     ankles[..., 1] -= level.root[:, 1].mean()
-    top = highest(root, level.upper[:, 0], ankles, local < duties)
-    root[:, 2] += _lowered(root[:, 2] - top)
+    shorter = 1.0
+    while True:  # long steps of short legs would pull the hips down: then take shorter ones
+        laid = ankles.copy()
+        laid[..., 0] += (shorter - 1.0) * pace * strokes
+        over = root[:, 2] - highest(root, level.upper[:, 0], laid, local < duties)
+        if over.max() - max(over.min(), 0.0) <= SINKING or shorter < SHORTEST:
+            break
+        shorter -= 0.04
+    root[:, 2] += _lowered(over)
+    pace, ankles = pace * shorter, laid
     speed = pace * rate_hz / length
     held = Poses(root, level.upper, ankles, level.feet, level.hinges)
     return Gait(held, strokes, pace, speed)
