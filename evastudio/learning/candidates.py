@@ -11,21 +11,24 @@ from evastudio.world.spaces import Space
 
 GRIDS: Mapping[str, Mapping[str, tuple[Any, ...]]] = {
     "svr": {
-        "gamma": (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0),
+        "gamma": (0.003, 0.01, 0.03, 0.1, 0.3, 1.0),
         "C": (3.0, 10.0, 30.0, 100.0),
         "epsilon": (0.05, 0.1, 0.2, 0.4),
     },
-    "knn": {"k": (1, 3, 5, 9, 15, 25), "weights": ("uniform", "distance")},
+    "knn": {"k": (1, 3, 5, 9, 15), "weights": ("uniform", "distance")},
     "local-linear": {"k": (20, 40, 80), "ridge": (0.03, 0.1, 0.3, 1.0)},
-    "voting": {"k": (1, 3, 5, 9, 15, 25), "weights": ("uniform", "distance")},
+    "voting": {"k": (1, 3, 5, 9, 15), "weights": ("uniform", "distance")},
 }
 """Values in order for each setting that is tuned; learners earlier in the list win ties.
 
 Kernels far broader than scikit-learn's are among them, because reactions in a good frame are
-nearly linear. A learner that decides by chance is not here: it is meant to be as varied as the
-demonstrator, and an error on single decisions would always choose the least varied.
+nearly linear. The grids end where hold-out goes on to praise what averages more and more, while
+policies cross fewer fields: gamma 0.001 crossed 99.0 and 99.3 % where 0.01 crossed 99.7 % (1,000
+fields, scripted human-like demonstrations), and k above 15 blunts sharp turns. A learner that
+decides by chance is not here: it is meant to be as varied as the demonstrator, and an error on
+single decisions would always choose the least varied.
 """
-THRESHOLDS: tuple[float | str, ...] = (0.4, "auto")
+THRESHOLDS: tuple[float | str, ...] = ("auto", 0.4)
 """Of cleaning, beside none."""
 
 
@@ -47,6 +50,11 @@ class Candidate:
     def value(self, setting: str) -> Any:
         """What that setting is, whether given or a default."""
         return self.make().get_params()[setting]
+
+    @property
+    def neighbors(self) -> int:
+        """How many pairs a decision is made from; 1 where the learner has no such number."""
+        return int(self.make().get_params().get("k", 1))
 
     def changed(self, setting: str, value: Any) -> Candidate:
         """With another value of one setting."""

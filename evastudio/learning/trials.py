@@ -14,8 +14,9 @@ from scipy.stats import t as student
 from sklearn.base import is_classifier
 
 from evastudio.demonstrations.pairs import Pairs
+from evastudio.errors import InvalidInputError
 from evastudio.learning.candidates import GRIDS, Candidate
-from evastudio.learning.cleaning import Progress, clean_pairs
+from evastudio.learning.cleaning import N_NEIGHBORS, Progress, clean_pairs, silent
 from evastudio.learning.holdout import HoldOut, Mask, mistakes, summed_up, take_folds
 from evastudio.world.scene import Scene
 from evastudio.world.spaces import Array
@@ -68,8 +69,18 @@ class Trial:
 class Examiner:
     """Tries candidates on takes: each is held out whole in turn, and learned from the others."""
 
-    def __init__(self, pairs: Pairs, scene: Scene, *, n_jobs: int, progress: Progress) -> None:
-        self.pairs, self.scene, self.n_jobs, self.progress = pairs, scene, n_jobs, progress
+    def __init__(
+        self,
+        pairs: Pairs,
+        scene: Scene,
+        *,
+        n_neighbors: int = N_NEIGHBORS,
+        n_jobs: int = 1,
+        progress: Progress = silent,
+    ) -> None:
+        """`n_neighbors` are those that cleaning compares a pair with."""
+        self.pairs, self.scene, self.n_neighbors = pairs, scene, n_neighbors
+        self.n_jobs, self.progress = n_jobs, progress
         self.folds = take_folds(pairs.takes)
         self._kept: dict[float | str, tuple[Mask, ...]] = {}
 
@@ -109,8 +120,12 @@ class Examiner:
         ]
 
     def kept(self, threshold: float | str) -> float:
-        """The least share of pairs that cleaning leaves to learn from."""
-        masks = [self._used(threshold, fold) for fold in range(len(self.folds))]
+        """The least share of pairs that cleaning leaves to learn from; 0 where they are too few
+        to be cleaned."""
+        try:
+            masks = [self._used(threshold, fold) for fold in range(len(self.folds))]
+        except InvalidInputError:
+            return 0.0
         both = zip(masks, self.folds, strict=True)
         return min(float(mask[~held].mean()) for mask, held in both if mask is not None)
 
@@ -123,7 +138,12 @@ class Examiner:
             masks = []
             for held in self.folds:
                 kept = np.zeros(len(self.pairs), dtype=bool)
-                found = clean_pairs(self.pairs.keep(~held), self.scene, threshold=threshold)
+                found = clean_pairs(
+                    self.pairs.keep(~held),
+                    self.scene,
+                    n_neighbors=self.n_neighbors,
+                    threshold=threshold,
+                )
                 kept[~held] = ~found.conflicts
                 masks.append(kept)
             self._kept[threshold] = tuple(masks)

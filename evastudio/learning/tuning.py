@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from sklearn.base import is_classifier
 from sklearn.dummy import DummyClassifier, DummyRegressor
 from sklearn.linear_model import Ridge, RidgeClassifier
 from sklearn.pipeline import make_pipeline
@@ -22,16 +21,19 @@ from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.learning.candidates import GRIDS, THRESHOLDS, Candidate, others, tuned_learners
 from evastudio.learning.cleaning import N_NEIGHBORS, Progress, silent
-from evastudio.learning.compiled import ensure_compiled
-from evastudio.learning.holdout import Mask
+from evastudio.learning.compiled import ensure_compiled, is_compiled
+from evastudio.learning.holdout import Mask, take_folds
 from evastudio.learning.perceived import Perceived, compare_perceptions
 from evastudio.learning.trials import Examiner, Trial, choose, is_better
 from evastudio.learning.tuning_report import Row, Tuning
 from evastudio.world.scene import Perception, Scene
+from evastudio.world.spaces import finite_rows
 
 AUTO = "auto"
 """The learner's name that stands for "choose for me"."""
 JOBS = 2
+LEAST = 10
+"""Pairs that must be left to learn from."""
 COARSE = 3000
 """Support vector machines learn from whole takes of about so many pairs while the grid is gone
 through; the best few are then tried on all."""
@@ -45,32 +47,39 @@ def tune(
     *,
     perception: str | Perception | None = None,
     threshold: float | str | None = None,
+    n_neighbors: int = N_NEIGHBORS,
     views: Sequence[Perceived] = (),
     n_jobs: int = JOBS,
     progress: Progress = silent,
 ) -> Tuning:
     """The settings that serve best on held-out takes: of one `learner`, or of all that suit.
 
-    `pairs` are all kept ones, perceived through `perception`. `threshold` is that of the cleaning
-    that the session has had; where it has had none, whether to clean is among the choices. `views`
+    `pairs` are all kept ones, perceived through `perception`. `threshold` and `n_neighbors` are
+    those of the cleaning that the session has had; without a threshold it has had none, and whether
+    to clean is among the choices. `views`
     are the same takes under other perceptions, the first being that of `pairs`. The same pairs
     give the same report, whatever `n_jobs`. Raises InvalidInputError for fewer than two takes or
-    too few pairs, NotFoundError for an unknown perception or
-    a learner that cannot be tuned.
+    too few pairs, NotFoundError for an unknown perception or a learner that cannot be tuned.
     """
     view = scene.perception(perception) if not isinstance(perception, Perception) else perception
     names = tuned_learners(scene.chosen(view))
     if learner != AUTO and learner not in names:
         raise not_found("learner that can be tuned", learner, (AUTO, *names))
-    ensure_compiled()  # the report must not depend on what was compiled before
-    wanted = names if learner == AUTO else (learner,)
-    steps = _Steps(progress, sum(len(GRIDS[name]) + 2 for name in wanted) + 5)
-    examiner = Examiner(pairs, scene, n_jobs=n_jobs, progress=steps)
-    least = min(int((~held).sum()) for held in examiner.folds)
-    if least <= N_NEIGHBORS:
+    finite_rows(pairs.states, pairs.states.shape[1], "states of the pairs")
+    finite_rows(pairs.actions, pairs.actions.shape[1], "actions of the pairs")
+    least = min(int((~held).sum()) for held in take_folds(pairs.takes))
+    if least < LEAST:
         raise InvalidInputError(
             f"Without the take held out there are only {least} pairs to learn from. Record more."
         )
+    wanted = [learner]
+    if learner == AUTO:
+        wanted = [name for name in names if Candidate(name).neighbors <= least]
+    if not is_compiled():  # the report must not depend on what was compiled before
+        progress(0.0, "Getting ready, once on this machine: half a minute")
+        ensure_compiled()
+    steps = _Steps(progress, sum(len(GRIDS[name]) + 2 for name in wanted) + 5)
+    examiner = Examiner(pairs, scene, n_neighbors=n_neighbors, n_jobs=n_jobs, progress=steps)
     baselines = _baselines(examiner, names)
     tried: list[Trial] = []
     for name in wanted:
@@ -113,11 +122,7 @@ def _search(
     tried = examiner.run([usual], used=coarse)
     best = tried[0]
     for setting in GRIDS[learner]:
-        offered = [
-            one
-            for one in others(best.candidate, setting)
-            if setting != "k" or one.value("k") <= least / 2
-        ]
+        offered = [one for one in others(best.candidate, setting) if one.neighbors <= least / 2]
         tried += examiner.run(offered, used=coarse)
         best = min(tried, key=Trial.mean)
     if coarse is None:
@@ -142,14 +147,10 @@ def _some_takes(examiner: Examiner) -> list[Mask] | None:
 def _with_cleaning(
     examiner: Examiner, chosen: Candidate, threshold: float | str | None
 ) -> list[Trial]:
-    """The chosen settings with cleaning where they had none, and without where they had it.
-
-    Nothing for symbols: their rare ones would be taken for conflicts.
-    """
+    """The chosen settings with cleaning where they had none, and without where they had it."""
     asked: list[float | str | None] = [None]
     if threshold is None:
-        symbols = is_classifier(chosen.make())
-        asked = [one for one in THRESHOLDS if not symbols and examiner.kept(one) > 0.5]
+        asked = [one for one in THRESHOLDS if examiner.kept(one) > 0.5]
     return examiner.run([Candidate(chosen.learner, chosen.settings, one) for one in asked])
 
 

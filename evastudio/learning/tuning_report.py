@@ -93,6 +93,8 @@ class Tuning:
                 "closer. Try it."
             )
         said.append(self._cleaning())
+        if self.takes >= FEW and not (self.symbols or self.beats_constant):
+            said.append("What decides you may not be in what the character sees.")
         if self.takes < FEW:
             said.append(f"There are only {self.takes} takes, from which little can be told.")
         said.append("This was measured move by move: play it to see how it does on its own.")
@@ -113,36 +115,36 @@ class Tuning:
             )
         if not self.beats_constant:
             return (
-                f"{start} On takes it had not seen its moves were not reliably closer to yours "
-                "than one unchanging move: what decides you may not be in what the character sees."
+                f"{start} On takes it had not seen it was not reliably closer to your moves than "
+                "one unchanging move."
             )
         linear = (
-            f" and {_percent(self.linear, self.error)} closer than a straight-line rule"
+            f" and {_percent(self.linear, self.error)} closer than a straight-line rule."
             if self.beats_linear
-            else ", though not reliably closer than a straight-line rule"
+            else ", but not reliably closer than a straight-line rule."
         )
         return (
-            f"{start} On takes it had not seen its moves were {_percent(self.constant, self.error)}"
-            f" closer to yours than one unchanging move{linear}."
+            f"{start} On takes it had not seen it was {_percent(self.constant, self.error)} "
+            f"closer to your moves than one unchanging move{linear}"
         )
 
     def _mapping(self) -> str:
         if self.roughness is None:
             return ""
         if self.recommended == "svr":
-            return "Your moves change smoothly with what the character sees: Smooth suits them."
+            return "You change your moves smoothly with what the character sees: Smooth suits that."
         if self.recommended == "knn":
-            return "Your moves change abruptly with what the character sees: Exact suits them."
+            return "You change your moves abruptly with what the character sees: Exact suits that."
         return "Smooth and Exact came out alike on these takes."
 
     def _more(self) -> str:
         (_, half), (_, whole) = self.learning[0], self.learning[-1]
         if self.more_would_help:
             return (
-                "More takes are likely to help: learning from all of them instead of half brought "
-                f"unseen moves {_percent(half, whole)} closer."
+                f"More takes are likely to help: all of them came {_percent(half, whole)} closer "
+                "than half of them."
             )
-        return "All takes taught no more than half of them: more of the same may change little."
+        return "All takes came no closer than half of them: more of the same may change little."
 
     def _cleaning(self) -> str:
         if self.cleaning is None:

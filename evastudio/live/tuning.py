@@ -6,7 +6,7 @@ from typing import Any
 
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
-from evastudio.learning.cleaning import Progress, silent
+from evastudio.learning.cleaning import N_NEIGHBORS, Progress, silent
 from evastudio.learning.delay import Asked
 from evastudio.learning.tuning import AUTO
 from evastudio.learning.tuning import tune as tune_pairs
@@ -60,12 +60,14 @@ def tune_session(
         seen = see_session(workspace, store, session, names)
     steps = seen[0].delay(delay).steps
     views = [each.perceived(steps) for each in seen]
+    cleaned = {} if session.cleaning is None else session.cleaning.settings
     return tune_pairs(
         views[0].pairs,
         seen[0].scene,
         learner,
         perception=chosen.name,
-        threshold=None if session.cleaning is None else session.cleaning.settings["threshold"],
+        threshold=cleaned.get("threshold"),
+        n_neighbors=cleaned.get("neighbors", N_NEIGHBORS),
         views=views,
         progress=progress,
     )

@@ -63,5 +63,5 @@ export const LEARNERS = {
   knn: "Repeats your most similar moments.",
   sampled: "Chooses among the moves you showed here, as often as you did each.",
   voting: "Does what you did most often in such moments.",
-  auto: "Tries both on takes it has not seen, and tells what it found.",
+  auto: "Compares ways to learn on takes they have not seen.",
 };
