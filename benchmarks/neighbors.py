@@ -142,7 +142,7 @@ def deciding(pairs: int, repeats: int) -> list[Row]:
     rows = []
     for peer, at_least, ask, count in (
         ("sklearn KNeighborsRegressor", 150.0 if pairs < 20_000 else 120.0, None, 100),
-        ("SciPy cKDTree and a weighted mean", 20.0, tree, 500),
+        ("SciPy cKDTree and a weighted mean", 20.0 if pairs < 20_000 else 1.0, tree, 500),
     ):
 
         def theirs(repeat: int, ask: Any = ask, count: int = count) -> None:
