@@ -38,6 +38,7 @@ from evastudio.errors import InvalidInputError
 from evastudio.motion.figures import Activity, Figures, Moment
 from evastudio.motion.shapes import LOOKS
 from evastudio.world.bodies import Body, Camera, Look, Mesh
+from evastudio.world.cast import of_lead
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Symbols
@@ -284,6 +285,8 @@ class Crowd(Scene):
         room: float = 2.0,
         wander: float = 0.06,
         rest: float = 0.03,
+        haste: float = 0.9,
+        drop_s: float = 0.0,
         **_: float,
     ) -> Array:
         """Walk on, turn to the freer side before somebody comes too near, else as the whim takes.
@@ -291,9 +294,9 @@ class Crowd(Scene):
         room: cells kept free ahead.
         wander: how often one turns though nothing is in the way, share of the decisions.
         rest: how often one stands still, likewise.
+        haste: share of the turn away from the boulder that one makes in a decision.
+        drop_s: when the lead lets the boulder fall, near by; 0 for never.
         """
-        if (snapshot["boulder"][:, 2] >= FALL_S).all():
-            return self.fleeing(snapshot)
         free = clearances(snapshot, self.side)
         whim = np.take_along_axis(
             snapshot["whims"], (snapshot["steps"] % WHIMS)[:, None, None], axis=2
@@ -309,14 +312,23 @@ class Crowd(Scene):
         actions = np.zeros((*chosen.shape, self.action.size))
         actions[:, :, :2] = MOVES[chosen]
         struck = snapshot["boulder"][:, 2] >= FALL_S
-        return np.where(struck[:, None, None], self.fleeing(snapshot), actions)
+        actions = np.where(struck[:, None, None], self.fleeing(snapshot, haste), actions)
+        if drop_s:
+            lead = (np.arange(snapshot.worlds), snapshot["lead"])
+            luck = snapshot["whims"][lead][:, -2:]
+            bearing, far = 2 * np.pi * luck[:, 0], KNOCK + 6.0 * luck[:, 1]
+            aside = far[:, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=1)
+            now = snapshot["steps"] == round(drop_s / self.dt_s)
+            let_go = [now[:, None], snapshot["position"][lead] + aside, np.zeros((len(now), 1))]
+            actions[lead] = np.concatenate([actions[lead][:, :2], *let_go], axis=1)
+        return actions
 
-    def fleeing(self, snapshot: Snapshot) -> Array:
-        """Straight away from the boulder, (worlds, N, 6)."""
+    def fleeing(self, snapshot: Snapshot, haste: float) -> Array:
+        """Away from the boulder, (worlds, N, 6)."""
         apart = snapshot["position"] - snapshot["boulder"][:, None, :2]
         turn = np.arctan2(apart[:, :, 1], apart[:, :, 0]) - snapshot["heading"]
         actions = np.zeros((*turn.shape, self.action.size))
-        actions[:, :, 0] = (np.remainder(turn + np.pi, 2 * np.pi) - np.pi) / np.pi
+        actions[:, :, 0] = haste * (np.remainder(turn + np.pi, 2 * np.pi) - np.pi) / np.pi
         actions[:, :, 1] = 1.0
         return actions
 
@@ -392,6 +404,9 @@ class Grid(Perception):
 
     def __init__(self, scene: Crowd) -> None:
         self.side = scene.side
+
+    def applies(self, snapshot: Snapshot) -> NDArray[np.bool_]:
+        return np.asarray(snapshot["boulder"][:, 2] < FALL_S)
 
     def to_own(self, frame: AnyArray, actions: Array) -> Array:
         return symbols(actions)[..., None].astype(np.float64)
@@ -507,11 +522,21 @@ class Boulder(Perception):
         states = np.stack([np.cos(bearing), np.sin(bearing)], axis=2)
         return Percept(states, np.zeros((*bearing.shape, 0)))
 
+    def applies(self, snapshot: Snapshot) -> NDArray[np.bool_]:
+        return np.asarray(
+            of_lead(snapshot, ~lying(snapshot)) & (snapshot["boulder"][:, 2] >= FALL_S)
+        )
+
     def to_own(self, frame: AnyArray, actions: Array) -> Array:
         return actions[..., :2]
 
     def to_world(self, frame: AnyArray, actions: Array) -> Array:
         return np.concatenate([actions, np.zeros((*actions.shape[:-1], 4))], axis=-1)
+
+
+def lying(snapshot: Snapshot) -> NDArray[np.bool_]:
+    """Who has been knocked over and is not up again, (worlds, N)."""
+    return np.asarray((snapshot["hit"] > 0) & (snapshot["boulder"][:, 2:] < FALL_S + DOWN_S))
 
 
 # -- the grid ----------------------------------------------------------------------------------

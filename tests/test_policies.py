@@ -43,8 +43,10 @@ def test_its_own_commands_make_it_again(path: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", POLICIES, ids=lambda path: path.stem)
-def test_it_flies_where_it_has_never_been(path: Path, workspace: Workspace) -> None:
+def test_it_does_well_where_it_has_never_been(path: Path, workspace: Workspace) -> None:
     import evastudio
 
-    result = evastudio.evaluate(workspace, [path.stem], worlds=100, seed=424242)
-    assert result["policies"][path.stem]["crossed"] >= 97
+    scene = load_policy(path).scene_name
+    worlds = 100 if scene == "asteroids" else 5
+    result = evastudio.evaluate(workspace, [path.stem], worlds=worlds, seed=424242)
+    assert result["policies"][path.stem]["crossed"] >= 0.97 * worlds

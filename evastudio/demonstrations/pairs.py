@@ -62,6 +62,8 @@ class SeenTake:
     actions: Array
     """What was done then, in the world's frame, leading axis steps; of all where many act."""
     take: int
+    applies: NDArray[np.bool_]
+    """Which of its moments the perception is about, shape (steps,)."""
 
     def __len__(self) -> int:
         return len(self.actions)
@@ -70,9 +72,9 @@ class SeenTake:
         """Each action with the state `delay_steps` before it, in the frame of that moment.
 
         A pair's step is that of its action; the first `delay_steps` actions answer nothing that
-        was recorded and are left out.
+        was recorded and are left out, and so is what the perception is not about.
         """
-        steps = np.arange(min(delay_steps, len(self)), len(self), dtype=np.int64)
+        steps = self._answers(delay_steps)
         seen = steps - delay_steps
         then = self.moments.take(seen)
         own = self.perception.to_own(self.percept.frame[seen], self.actions[steps])
@@ -85,14 +87,20 @@ class SeenTake:
 
     def frames(self, delay_steps: int = 0) -> AnyArray:
         """The frames that the actions of `pairs(delay_steps)` are given in."""
-        seen = slice(0, max(len(self) - delay_steps, 0))
+        seen = self._answers(delay_steps) - delay_steps
         return of_lead(self.moments.take(seen), self.percept.frame[seen])
+
+    def _answers(self, delay_steps: int) -> NDArray[np.int64]:
+        """The steps whose actions answer something that was recorded and is meant."""
+        steps = np.arange(min(delay_steps, len(self)), len(self), dtype=np.int64)
+        return steps[self.applies[steps] & self.applies[steps - delay_steps]]
 
 
 def see_take(perception: Perception, snapshots: Snapshot, actions: Array, take: int) -> SeenTake:
     """One take through `perception`: `snapshots` holds its moments along the worlds axis."""
     moments = Snapshot({}, snapshots.moving)
-    return SeenTake(perception, perception.perceive(snapshots), moments, actions, take)
+    percept, applies = perception.perceive(snapshots), perception.applies(snapshots)
+    return SeenTake(perception, percept, moments, actions, take, applies)
 
 
 def perceive_take(

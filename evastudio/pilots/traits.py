@@ -67,5 +67,6 @@ STYLES: Mapping[str, Traits] = {
     "keys": Traits(delay_steps=3, delay_jitter_steps=1, anticipation=0.9, keys=True),
     "hurried": Traits(intention={"room": 1.0, "wander": 0.04, "rest": 0.0}),
     "shy": Traits(intention={"room": 3.0, "wander": 0.12, "rest": 0.2}),
+    "startled": Traits(intention={"drop_s": 1.0}),
 }
 """The scripted demonstrators on offer. None of them is a person; all are programs."""

@@ -76,6 +76,13 @@ class Perception(ABC):
     def perceive(self, snapshot: Snapshot) -> Percept:
         """The states of all worlds, and the frames their actions are given in."""
 
+    def applies(self, snapshot: Snapshot) -> NDArray[np.bool_]:
+        """In which worlds a demonstration is about what this perception shows, (worlds,).
+
+        Other moments of a take are not learned from under it.
+        """
+        return np.ones(snapshot.worlds, dtype=np.bool_)
+
     def to_own(self, frame: AnyArray, actions: Array) -> Array:
         """`actions` (worlds, m) of the world, in the character's own frame."""
         return actions
