@@ -1,4 +1,5 @@
-# make run | test | lint | bench-crossing | bench-conflicts: each sets up what it needs in .venv first.
+# make run | test | lint | bench-crossing | bench-conflicts | bench-real: each sets up what it
+# needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -7,7 +8,7 @@ export PYTHONDONTWRITEBYTECODE = 1
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint format bench-crossing bench-conflicts pictures chromium clean
+.PHONY: run test lint format bench-crossing bench-conflicts bench-real pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -29,6 +30,10 @@ bench-crossing: $(VENV)/.dev
 
 bench-conflicts: $(VENV)/.dev
 	$(BIN)/python benchmarks/conflicts.py
+
+# Recordings of people: EVASTUDIO_DATA names their folder, else it is ../shared/data.
+bench-real: $(VENV)/.bench
+	$(BIN)/python benchmarks/real_data.py
 
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium
@@ -52,6 +57,10 @@ $(VENV)/.installed: $(VENV)/bin/python pyproject.toml
 $(VENV)/.dev: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install -q -e '.[dev]'
 	touch $@ $(VENV)/.installed
+
+$(VENV)/.bench: $(VENV)/.dev
+	$(BIN)/python -m pip install -q -e '.[bench]'
+	touch $@
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache

@@ -13,15 +13,12 @@ from __future__ import annotations
 
 import argparse
 import os
-import platform
 import statistics
-import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +26,7 @@ import joblib
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.report import commit, where_and_when, write_section
 from evastudio.demonstrations.pairs import Pairs, join_pairs
 from evastudio.evaluation.evaluate import Evaluation, evaluate
 from evastudio.evaluation.interval import wilson_interval
@@ -146,31 +144,6 @@ def file_size(policy: Policy) -> int:
         return save_policy(policy, Path(folder) / "policy.safetensors").stat().st_size
 
 
-def processor() -> str:
-    """The processor's name, or the architecture where the system does not tell."""
-    try:
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    except OSError:
-        pass
-    return platform.machine()
-
-
-def commit() -> str:
-    """The commit that was run, and whether the learning code differs from it."""
-    try:
-        run = ["git", "-C", str(ROOT)]
-        head = subprocess.run(
-            [*run, "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True
-        ).stdout.strip()
-        paths = ["evastudio/world", "evastudio/learning", "evastudio/pilots", "scenes"]
-        changed = subprocess.run([*run, "diff", "--quiet", "HEAD", "--", *paths], check=False)
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
-    return head + (" with changes" if changed.returncode else "")
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="2 sets, 100 fields")
@@ -181,7 +154,8 @@ def main() -> None:
     sets = SETS[:2] if options.quick else SETS
     fields = options.fields or (100 if options.quick else 1000)
     out = options.out or (None if options.quick else ROOT / "docs" / "results.md")
-    began, at = time.monotonic(), commit()
+    at = commit("evastudio/world", "evastudio/learning", "evastudio/pilots", "scenes")
+    began = time.monotonic()
 
     jobs = [(style, seed) for style in ("careful", "human") for seed in sets]
     groups = joblib.Parallel(n_jobs=options.jobs)(
@@ -214,7 +188,7 @@ def main() -> None:
     text = report(results, fitted, sets, fields, at, time.monotonic() - began)
     print(text)
     if out is not None:
-        out.write_text(text, encoding="utf-8")
+        write_section(out, "crossing", text)
 
 
 def report(
@@ -231,9 +205,7 @@ def report(
         "",
         "Written by `make bench-crossing`; do not edit by hand.",
         "",
-        f"- {processor()}, {os.cpu_count()} cores, Python {platform.python_version()}; "
-        f"{datetime.now(UTC):%Y-%m-%d}, commit {at}; `python {' '.join(sys.argv)}`; "
-        f"{seconds / 60:.0f} minutes.",
+        where_and_when(at, f"python {' '.join(sys.argv)}", seconds),
         "- **The demonstrators are programs, no person flew.** `careful`, `human` and `keys` are "
         "the scripted pilots of `evastudio/pilots/traits.py`.",
         f"- Policies: {MINUTES:g} minutes of demonstration at NH {SHOWN_AT:g} (NH = expected hits "

@@ -1,0 +1,60 @@
+"""Sections that benchmarks write into documents, and where and when they were measured."""
+
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from datetime import UTC, datetime
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def write_section(path: Path, name: str, text: str) -> None:
+    """Put `text` between the markers of `name` in the Markdown file, at its end if they are new.
+
+    What stands outside the markers stays as it is, so several benchmarks can share one file.
+    """
+    start, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    section = f"{start}\n{text.strip()}\n{end}\n"
+    before = path.read_text(encoding="utf-8") if path.exists() else ""
+    if start in before and end in before:
+        head, _, rest = before.partition(start)
+        _, _, tail = rest.partition(end)
+        whole = head + section + tail.lstrip("\n")
+    else:
+        whole = f"{before.rstrip()}\n\n{section}".lstrip()
+    path.write_text(whole, encoding="utf-8")
+
+
+def processor() -> str:
+    """The processor's name, or the architecture where the system does not tell."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.machine()
+
+
+def commit(*paths: str) -> str:
+    """The commit that was run, and whether the files under `paths` differ from it."""
+    try:
+        run = ["git", "-C", str(ROOT)]
+        head = subprocess.run(
+            [*run, "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True
+        ).stdout.strip()
+        changed = subprocess.run([*run, "diff", "--quiet", "HEAD", "--", *paths], check=False)
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return head + (" with changes" if changed.returncode else "")
+
+
+def where_and_when(at: str, command: str, seconds: float) -> str:
+    """The line that opens a section: machine, date, commit `at`, command, wall time."""
+    return (
+        f"- {processor()}, {os.cpu_count()} cores, Python {platform.python_version()}; "
+        f"{datetime.now(UTC):%Y-%m-%d}, commit {at}; `{command}`; {seconds / 60:.0f} minutes."
+    )
