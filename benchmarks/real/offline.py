@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from benchmarks.real.contenders import CONTENDERS, Contender, fitted
 from benchmarks.real.faults import with_delay, with_outliers
 from benchmarks.real.recordings import Recording
-from evastudio.demonstrations.pairs import Pairs
+from evastudio.demonstrations.pairs import Pairs, answered_pairs
+from evastudio.learning.cleaning import GAP_S, N_NEIGHBORS
 from evastudio.learning.conflicts import ConflictEliminator
+from evastudio.learning.delay import estimate_delay_of_arrays
 from evastudio.learning.holdout import take_folds
 
 OUTLIERS = 0.1
-DELAYS_S = (0.2, 0.4)
+DELAYS_S = (0.3,)
 RAW, CLEANED = "as recorded", "as recorded, cleaned"
 SPOILT, RESCUED = "10 % outliers", "10 % outliers, cleaned"
 
@@ -28,7 +30,18 @@ def late(delay_s: float) -> str:
     return f"{delay_s:g} s late"
 
 
-CONDITIONS = (RAW, CLEANED, SPOILT, RESCUED, *(late(delay) for delay in DELAYS_S))
+def on_time(delay_s: float) -> str:
+    """The name of the condition where that delay was estimated and taken out."""
+    return f"{late(delay_s)}, taken out"
+
+
+CONDITIONS = (
+    RAW,
+    CLEANED,
+    SPOILT,
+    RESCUED,
+    *(name(delay) for delay in DELAYS_S for name in (late, on_time)),
+)
 
 
 @dataclass(frozen=True)
@@ -63,16 +76,17 @@ class Lesson:
     marked: float = float("nan")
 
 
-def cleaned_pairs(pairs: Pairs) -> NDArray[np.bool_]:
-    """Which pairs `ConflictEliminator` keeps at its automatic threshold, shape (pairs,)."""
-    eliminator = ConflictEliminator(threshold="auto").fit(pairs.states, pairs.actions)
+def cleaned_pairs(pairs: Pairs, dt_s: float) -> NDArray[np.bool_]:
+    """Which pairs the studio's cleaning keeps at its automatic threshold, shape (pairs,)."""
+    eliminator = ConflictEliminator(N_NEIGHBORS, "auto", gap=max(1, round(GAP_S / dt_s)))
+    eliminator.fit(pairs.states, pairs.actions, pairs.moments)
     return np.asarray(~eliminator.conflict_mask_)
 
 
-def cleaned(lesson: Lesson, condition: str, original: Pairs) -> Lesson:
+def cleaned(lesson: Lesson, condition: str, original: Pairs, dt_s: float) -> Lesson:
     """The lesson without what `ConflictEliminator` marks at its automatic threshold."""
     pairs = lesson.pairs
-    kept = cleaned_pairs(pairs)
+    kept = cleaned_pairs(pairs, dt_s)
     conflict = ~kept
     put_in = (pairs.actions != original.actions).any(axis=1)
     marked = float(conflict[put_in].mean()) if put_in.any() else float("nan")
@@ -89,20 +103,27 @@ def lessons(
     """The training part in every condition; only as recorded, cleaned or not, without `faults`."""
     raw = Lesson(RAW, pairs, groups)
     yield raw
-    yield cleaned(raw, CLEANED, pairs)
+    yield cleaned(raw, CLEANED, pairs, dt_s)
     if not faults:
         return
     spoilt = Lesson(SPOILT, with_outliers(pairs, OUTLIERS, rng), groups)
     yield spoilt
-    yield cleaned(spoilt, RESCUED, pairs)
+    yield cleaned(spoilt, RESCUED, pairs, dt_s)
     group_of = dict(zip(pairs.takes.tolist(), groups.tolist(), strict=True))
     for delay_s in DELAYS_S:
         steps = round(delay_s / dt_s)
         if abs(steps * dt_s - delay_s) > delay_s / 4:
             continue  # the recording's steps are too long for it
         delayed = with_delay(pairs, steps)
-        regrouped = np.array([group_of[take] for take in delayed.takes.tolist()])
-        yield Lesson(late(delay_s), delayed, regrouped)
+        for name, taught in ((late, delayed), (on_time, answered_in_time(delayed, dt_s))):
+            regrouped = np.array([group_of[take] for take in taught.takes.tolist()])
+            yield Lesson(name(delay_s), taught, regrouped)
+
+
+def answered_in_time(pairs: Pairs, dt_s: float) -> Pairs:
+    """The pairs without the delay that the studio's estimate decides to take out."""
+    found = estimate_delay_of_arrays(pairs.states, pairs.actions, pairs.takes, dt_s)
+    return pairs if found.steps == 0 else answered_pairs(pairs, found.steps)
 
 
 def measure_fold(
@@ -133,8 +154,13 @@ def measure_fold(
     learned[taught] = True
     spread = pairs.actions.std(axis=0)
     asked = pairs.keep(held)
-    rows = []
+    rows: list[Measured] = []
+    previous: Pairs | None = None
     for lesson in lessons(pairs.keep(learned), groups[learned], recording.dt_s, rng, faults):
+        if lesson.pairs is previous:  # no delay was taken out: nothing else would be learned
+            rows += [replace(row, condition=lesson.condition) for row in rows[-len(contenders) :]]
+            continue
+        previous = lesson.pairs
         for contender in contenders:
             learner, settings = fitted(contender, lesson.pairs, lesson.groups, rng)
             given = np.asarray(learner.predict(asked.states))

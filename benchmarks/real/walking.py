@@ -165,11 +165,11 @@ class StraightToGoal:
 def displacement(learner: Any, experiment: Experiment) -> Array:
     """Mean distance in m to where people were over AHEAD steps, one for each person and window.
 
-    Every AHEAD steps all who are there are rolled out together from their positions and
+    Every 2 * AHEAD steps all who are there are rolled out together from their positions and
     velocities; nobody's future is known but the goal. Those are scored who stay that long.
     """
     places, errors = experiment.positions, []
-    for start in range(1, len(places) - AHEAD, AHEAD):
+    for start in range(1, len(places) - AHEAD, 2 * AHEAD):
         there = np.flatnonzero(~np.isnan(places[start - 1 : start + 1, :, 0]).any(axis=0))
         if len(there) == 0:
             continue

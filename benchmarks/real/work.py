@@ -24,7 +24,7 @@ from benchmarks.real.tables import Bout
 from benchmarks.real.walking import Experiment, displacement, read_walkers, walkers_as_pairs
 from evastudio.learning.knn import KNNPolicy
 
-WALKERS = 8000
+WALKERS = 6000
 """Pairs that learners of walking are fitted to at most."""
 NEAREST = Contender("nearest pair", KNNPolicy, ({"k": 1},))
 """What was done at the most similar moment, averaged with nothing."""
@@ -81,7 +81,7 @@ def compete(job: Job, episodes: int) -> Bout:
         recording.groups,
     )
     if job.clean:
-        kept = cleaned_pairs(recording.pairs)
+        kept = cleaned_pairs(recording.pairs, recording.dt_s)
         pairs, groups = pairs.keep(kept), groups[kept]
     rng = np.random.default_rng(20263)
     learner, settings = fitted(contender, pairs, groups, rng)
