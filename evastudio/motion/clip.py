@@ -8,7 +8,7 @@ import numpy as np
 
 from evastudio.errors import InvalidInputError
 from evastudio.motion.rotations import continuous, normalized, slerp
-from evastudio.motion.skeleton import Skeleton
+from evastudio.motion.skeleton import LARGEST, Skeleton
 from evastudio.world.spaces import Array
 
 MOST_VALUES = 8_000_000
@@ -53,10 +53,10 @@ class Clip:
                     f"The {name} of clip {self.name!r} have shape {array.shape}; expected "
                     f"{(frames, joints, width)}."
                 )
-            if not np.isfinite(array).all():
+            if not (np.abs(array) <= LARGEST).all():
                 raise InvalidInputError(
-                    f"The {name} of clip {self.name!r} hold NaN or infinite numbers; only finite "
-                    "ones can be played."
+                    f"The {name} of clip {self.name!r} hold NaN, or numbers beyond {LARGEST:g}, "
+                    "which cannot be played."
                 )
         if ((self.rotations**2).sum(axis=-1) < 1e-6).any():
             raise InvalidInputError(

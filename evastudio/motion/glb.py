@@ -16,7 +16,7 @@ import numpy as np
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.motion.clip import Clip, fitting
 from evastudio.motion.rotations import from_axes, normalized, slerp
-from evastudio.motion.skeleton import MOST_JOINTS, Skeleton, in_tree_order
+from evastudio.motion.skeleton import LARGEST, MOST_JOINTS, Skeleton, in_tree_order
 from evastudio.world.spaces import Array
 
 MOST_BYTES = 64_000_000
@@ -86,7 +86,7 @@ class Glb:
         length_s = max(float(times[-1]) for _, _, times, _, _ in tracks)
         if not length_s <= LONGEST_S:
             raise self._error(f"has a clip {name!r} of {length_s:g} s; expected up to an hour")
-        frames = max(2, math.ceil(length_s * RATE_HZ - 1e-6) + 1)
+        frames = max(2, math.ceil(length_s * RATE_HZ - 1e-3) + 1)
         fitting(name, frames, len(self.skeleton.names))
         moments = np.minimum(np.arange(frames) / RATE_HZ, length_s)
         translations = np.tile(self.skeleton.offsets, (frames, 1, 1))
@@ -153,9 +153,9 @@ class Glb:
             offset, rests[joint], size = self._transform(nodes[number])
             above = sizes[place[parents[number]]] if parents[number] >= 0 else 1.0
             self._scales[joint], sizes[joint] = above, above * size
+            if not 1 / LARGEST <= sizes[joint] <= LARGEST:
+                raise self._error("scales its nodes to nothing, or beyond all measure")
             offsets[joint] = offset * above
-        if not np.isfinite(sizes).all():
-            raise self._error("scales its nodes beyond all numbers")
         names = tuple(
             str(nodes[number].get("name", f"node {number}"))[:80]
             if not joints or number in joints
@@ -186,7 +186,7 @@ class Glb:
             array = np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError):
             array = np.zeros(0)
-        if array.shape != (count,) or not np.isfinite(array).all():
+        if array.shape != (count,) or not (np.abs(array) <= LARGEST).all():
             raise self._error(f"has a node that is not placed by {count} finite numbers")
         return array
 
@@ -231,8 +231,8 @@ class Glb:
         ).astype(np.float64)
         if kind.kind != "f":
             array /= np.iinfo(kind).max
-        if not np.isfinite(array).all():
-            raise self._error("has key frames that are NaN or infinite")
+        if not (np.abs(array) <= LARGEST).all():
+            raise self._error(f"has key frames that are NaN or infinite, or beyond {LARGEST:g}")
         return array
 
     # -- what a description may hold -----------------------------------------------------------

@@ -12,7 +12,7 @@ PARTS: Mapping[str, tuple[str, ...]] = {
     "hips": ("hips", "hip", "pelvis", "root", "mainhips", "base"),
     "chest": ("chest", "spine2", "upperchest", "torso", "spine1", "thorax", "spine", "abdomen"),
     "head": ("head", "neck"),
-    "upper_arm": ("upperarm", "uparm", "shoulder", "arm", "humerus"),
+    "upper_arm": ("upperarm", "uparm", "shldr", "shoulder", "arm", "humerus"),
     "forearm": ("lowerarm", "forearm", "loarm", "elbow", "radius"),
     "hand": ("hand", "wrist", "palm", "palm2", "middle1"),
     "thigh": ("upperleg", "upleg", "thigh", "hip", "femur"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evastudio.errors import InvalidInputError
-from evastudio.motion.body import SHANK, THIGH
+from evastudio.motion.body import ANKLE, LEG
 from evastudio.motion.clip import Clip
 from evastudio.motion.naming import named_parts
 from evastudio.motion.poses import Poses
@@ -22,19 +22,16 @@ def retargeted(clip: Clip) -> Poses:
 
     What the root travels is kept. Parts turn from the shipped body's rest as those of the clip
     turn from theirs, after arms and legs of the two have been laid in one direction; lengths are
-    scaled by the legs. Raises InvalidInputError where the skeleton lacks a part or cannot stand.
+    scaled by the height of the hips. Raises InvalidInputError where the skeleton lacks a part or
+    cannot stand.
     """
     parts = named_parts(clip.skeleton)
     places, turns = clip.skeleton.at_rest()
     upright = _upright(clip.skeleton, parts, places)
     rest = {part: rotated(upright, places[joint]) for part, joint in parts.items()}
-    scale = (THIGH + SHANK) / np.mean(
-        [
-            _long(rest[f"{side}_shank"] - rest[f"{side}_thigh"])
-            + _long(rest[f"{side}_foot"] - rest[f"{side}_shank"])
-            for side in ("left", "right")
-        ]
-    )
+    toes = [rotated(upright, places[joint]) for joint in _feet(clip.skeleton, parts)]
+    rest["lowest"] = min(toes, key=lambda place: float(place[2]))
+    scale, drop = _scale(rest)
     moved, turned = clip.world()
     ahead = about(2, -_facing(clip, parts, upright, moved))
     frame = product(ahead, upright)
@@ -67,7 +64,7 @@ def retargeted(clip: Clip) -> Poses:
         arms.append(product(inverse(chest), upper))
         fore.append(product(inverse(upper), lower))
         hands.append(product(inverse(lower), hand))
-        ankles.append(at(f"{side}_foot"))
+        ankles.append(at(f"{side}_foot") - (0.0, 0.0, drop))
         feet.append(since_rest(f"{side}_foot"))
         thigh = product(since_rest(f"{side}_thigh"), laid(f"{side}_thigh", f"{side}_shank"))
         hinges.append(rotated(thigh, LEFT))
@@ -87,6 +84,15 @@ def grounded(poses: Poses) -> Poses:
     height = np.percentile(poses.soles()[..., 2].min(axis=(1, 2)), 5.0)
     shift = np.array([*poses.root[0, :2], height])
     return Poses(poses.root - shift, poses.upper, poses.ankles - shift, poses.feet, poses.hinges)
+
+
+def _feet(skeleton: Skeleton, parts: dict[str, int]) -> list[int]:
+    """The feet's joints and all that hang on them: toes, and where they end."""
+    feet = {parts["left_foot"], parts["right_foot"]}
+    for joint, parent in enumerate(skeleton.parents):
+        if parent in feet:
+            feet.add(joint)
+    return sorted(feet)
 
 
 def _upright(skeleton: Skeleton, parts: dict[str, int], places: Array) -> Array:
@@ -112,6 +118,21 @@ def _upright(skeleton: Skeleton, parts: dict[str, int], places: Array) -> Array:
     left = left - up * (left @ up)
     left = left / _long(left)
     return inverse(from_axes(np.cross(left, up), left, up))
+
+
+def _scale(rest: dict[str, Array]) -> tuple[float, float]:
+    """Our hips' height over that of the clip's skeleton, and by how much its ankles are higher."""
+    long = np.mean(
+        [
+            _long(rest[f"{side}_shank"] - rest[f"{side}_thigh"])
+            + _long(rest[f"{side}_foot"] - rest[f"{side}_shank"])
+            for side in ("left", "right")
+        ]
+    )
+    ankle = (rest["left_foot"][2] + rest["right_foot"][2]) / 2
+    above = max(ankle - rest["lowest"][2], 0.1 * long)  # the sole, where no toe says it
+    scale = LEG / (long + min(above, long))
+    return float(scale), float(scale * min(above, long) - ANKLE)
 
 
 def _snapped(direction: Array) -> Array:

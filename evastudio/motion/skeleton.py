@@ -12,6 +12,8 @@ from evastudio.motion.rotations import normalized, product, rotated
 from evastudio.world.spaces import Array
 
 MOST_JOINTS = 1024
+LARGEST = 1e9
+"""No coordinate is larger, in any unit: what is would overflow further on."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,11 @@ class Skeleton:
             ("offsets", self.offsets, (count, 3)),
             ("rests", self.rests, (count, 4)),
         ):
-            if array.shape != shape or not np.isfinite(array).all():
+            if array.shape != shape or not (np.abs(array) <= LARGEST).all():
                 raise InvalidInputError(
-                    f"The skeleton's {name} have shape {array.shape}; expected finite numbers of "
-                    f"shape {shape}, one row for each joint."
+                    f"The skeleton's {name} have shape {array.shape}, or hold NaN or numbers "
+                    f"beyond {LARGEST:g}; expected finite numbers of shape {shape}, one row for "
+                    "each joint."
                 )
         for joint, parent in enumerate(self.parents):
             if not -1 <= parent < joint:

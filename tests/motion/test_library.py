@@ -1,0 +1,115 @@
+"""A user's clips: dropped into a folder, listed, and chosen for activities."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evastudio.errors import InvalidInputError, NotFoundError, StorageError
+from evastudio.motion.figures import Activity, Figures
+from evastudio.motion.library import CHOICES, Choice, Library
+from evastudio.workspace import Workspace
+from tests.motion.walker import bvh, glb, walking
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> Library:
+    folder = Workspace(tmp_path).motion
+    folder.mkdir()
+    (folder / "hero.glb").write_bytes(glb(walking(1.2)))
+    (folder / "stroll.bvh").write_text(bvh(walking(0.8, moves=False)))
+    (folder / "broken.bvh").write_text("HIERARCHY")
+    (folder / "readme.txt").write_text("not a clip")
+    return Library(folder)
+
+
+def test_files_are_listed_with_their_clips_or_their_problem(library: Library) -> None:
+    broken, hero, stroll = library.files()
+    assert (hero.name, hero.clips, hero.problem) == ("hero.glb", ("walk",), None)
+    assert (stroll.name, stroll.clips, stroll.problem) == ("stroll.bvh", ("stroll",), None)
+    assert broken.clips == ()
+    assert broken.problem is not None
+    assert "no BVH file" in broken.problem
+
+
+def test_a_workspace_without_the_folder_moves_as_shipped(tmp_path: Path) -> None:
+    library = Library(tmp_path / "motion")
+    assert library.files() == []
+    assert library.choices() == {}
+    assert float(library.figures().cadence(1.2)) == float(Figures().cadence(1.2))
+
+
+def test_a_chosen_clip_is_walked_and_can_be_forgotten(library: Library) -> None:
+    library.choose("walk", "stroll.bvh", "stroll")
+    library.choose("stagger", "hero.glb", "walk")
+    assert Library(library.folder).choices() == {
+        Activity.WALK: Choice("stroll.bvh", "stroll"),
+        Activity.STAGGER: Choice("hero.glb", "walk"),
+    }
+    figures = library.figures()
+    assert figures.length_s(Activity.STAGGER) == pytest.approx(2.4, abs=0.05)
+    assert float(figures.cadence(1.2)) != float(Figures().cadence(1.2))
+    library.forget("walk")
+    assert set(library.choices()) == {Activity.STAGGER}
+    assert not list(library.folder.glob("*.new"))
+
+
+def test_a_file_that_has_changed_is_read_anew(library: Library) -> None:
+    first = library.clip("stroll.bvh", "stroll")
+    path = library.folder / "stroll.bvh"
+    path.write_text(bvh(walking(0.8, 1.5)))
+    assert not np.array_equal(library.clip("stroll.bvh", "stroll").rotations, first.rotations)
+
+
+@pytest.mark.parametrize(
+    ("activity", "file", "clip", "match"),
+    [
+        ("wlak", "hero.glb", "walk", "Did you mean 'walk'"),
+        ("turn", "hero.glb", "walk", "no activity 'turn'"),
+        ("walk", "heros.glb", "walk", "Did you mean 'hero.glb'"),
+        ("walk", "hero.glb", "run", "no clip in 'hero.glb' 'run'"),
+        ("walk", "../motion/hero.glb", "walk", "no file of clips"),
+        ("walk", "readme.txt", "readme", "no file of clips"),
+    ],
+)
+def test_what_is_not_there_cannot_be_chosen(
+    library: Library, activity: str, file: str, clip: str, match: str
+) -> None:
+    with pytest.raises(NotFoundError, match=match):
+        library.choose(activity, file, clip)
+    assert library.choices() == {}
+
+
+def test_what_does_not_fit_cannot_be_chosen(library: Library) -> None:
+    with pytest.raises(InvalidInputError, match="no BVH file"):
+        library.choose("walk", "broken.bvh", "broken")
+    assert library.choices() == {}
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"walk": 5}', '{"fly": {"file": "a", "clip": "b"}}'])
+def test_a_damaged_file_of_choices_is_told(library: Library, text: str) -> None:
+    (library.folder / CHOICES).write_text(text)
+    with pytest.raises(StorageError, match="delete it to begin with the shipped"):
+        library.figures()
+
+
+def test_a_choice_whose_file_has_gone_is_told(library: Library) -> None:
+    library.choose("walk", "hero.glb", "walk")
+    (library.folder / "hero.glb").unlink()
+    with pytest.raises(NotFoundError, match=r"hero\.glb"):
+        library.figures()
+
+
+def test_choices_are_a_small_file_for_people(library: Library) -> None:
+    library.choose("run", "hero.glb", "walk")
+    told = json.loads((library.folder / CHOICES).read_text())
+    assert told == {"run": {"file": "hero.glb", "clip": "walk"}}
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "motion").write_text("in the way")
+    with pytest.raises(StorageError, match="cannot be written"):
+        Library(tmp_path / "motion").forget("walk")
