@@ -8,7 +8,7 @@ export PYTHONDONTWRITEBYTECODE = 1
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint format bench-crossing bench-conflicts bench-real pictures chromium clean
+.PHONY: run test lint format bench-crossing bench-delay bench-conflicts bench-real pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -27,6 +27,9 @@ format: $(VENV)/.dev
 
 bench-crossing: $(VENV)/.dev
 	$(BIN)/python benchmarks/crossing.py
+
+bench-delay: $(VENV)/.dev
+	$(BIN)/python benchmarks/delay.py
 
 bench-conflicts: $(VENV)/.dev
 	$(BIN)/python benchmarks/conflicts.py

@@ -1,8 +1,8 @@
 """EVA Studio: policies for virtual characters, learned from demonstrations.
 
-The same functions as the command line: `record`, `sessions`, `clean`, `tune`, `fit`, `evaluate`,
-`scenes`, `check`; each but `check` takes a `Workspace` first. Importing the package registers
-every shipped scene with Gymnasium: `gymnasium.make("evastudio/Asteroids-v0")`.
+The same functions as the command line: `record`, `sessions`, `clean`, `diagnose`, `tune`, `fit`,
+`evaluate`, `scenes`, `check`; each but `check` takes a `Workspace` first. Importing the package
+registers every shipped scene with Gymnasium: `gymnasium.make("evastudio/Asteroids-v0")`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from evastudio.workspace import shipped
 
 if TYPE_CHECKING:
     from evastudio.learning.policy_files import load_policy, save_policy
+    from evastudio.live.diagnosing import diagnose
     from evastudio.live.headless import clean, evaluate, fit, record, scenes, sessions
     from evastudio.live.tuning import tune
     from evastudio.workspace import Workspace
@@ -27,6 +28,7 @@ _FROM = {
     "Workspace": "evastudio.workspace",
     "check": "evastudio.world.check",
     "clean": "evastudio.live.headless",
+    "diagnose": "evastudio.live.diagnosing",
     "evaluate": "evastudio.live.headless",
     "fit": "evastudio.live.headless",
     "load_policy": "evastudio.learning.policy_files",
@@ -41,6 +43,7 @@ __all__ = [
     "Workspace",
     "check",
     "clean",
+    "diagnose",
     "evaluate",
     "fit",
     "load_policy",

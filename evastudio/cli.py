@@ -237,6 +237,32 @@ def tune(
 
 
 @app.command()
+def diagnose(
+    session: Annotated[str, typer.Argument(help="Id or name of a session.")],
+    perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
+    delay: DelayOption = "auto",
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """Say how late you answered, and what would keep a policy from learning a session."""
+    from evastudio.live.diagnosing import diagnose
+
+    with _bar(json_output) as progress:
+        result = diagnose(
+            Workspace(workspace, store),
+            session,
+            perception=perception,
+            delay=_delay(delay),
+            progress=progress,
+        )
+    if json_output:
+        _print(result, True)
+    else:
+        print("\n".join(result["sentences"]))
+
+
+@app.command()
 def fit(
     session: Annotated[str, typer.Argument(help="Id or name of a session.")],
     learner: Annotated[

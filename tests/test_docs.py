@@ -40,6 +40,7 @@ def test_every_command_has_a_sentence_of_help() -> None:
         "record",
         "sessions",
         "clean",
+        "diagnose",
         "tune",
         "fit",
         "evaluate",

@@ -126,6 +126,11 @@ class TuneIn(Model):
     perception: Name | None = None
 
 
+class DiagnoseIn(Model):
+    perception: Name | None = None
+    delay: Delay = "auto"
+
+
 class FitIn(Model):
     learner: Name | None = None
     perception: Name | None = None

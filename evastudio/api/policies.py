@@ -70,7 +70,9 @@ def _report(extra: Mapping[str, Any]) -> list[str]:
     """What fitting found that its user should read."""
     delay = extra.get("delay") or {}
     told = [delay["sentence"]] if delay.get("steps") else []
-    return told + ((extra.get("tuning") or {}).get("sentences") or [])
+    return (
+        told + (extra.get("findings") or []) + ((extra.get("tuning") or {}).get("sentences") or [])
+    )
 
 
 def _mismatch(scene: Mapping[str, Any], studio: Studio) -> str | None:

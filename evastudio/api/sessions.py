@@ -10,6 +10,7 @@ from fastapi import APIRouter, status
 from evastudio.api.context import Studio
 from evastudio.api.models import (
     CleanIn,
+    DiagnoseIn,
     FitIn,
     JobOut,
     Page,
@@ -24,6 +25,7 @@ from evastudio.learning.catalog import checked_policy_name, policy_name_from
 from evastudio.learning.policy import find_learner
 from evastudio.learning.tuning import AUTO
 from evastudio.live import headless
+from evastudio.live.diagnosing import diagnose
 from evastudio.live.tuning import tune
 
 router = APIRouter(tags=["sessions"])
@@ -99,6 +101,16 @@ def tune_session(session: int, body: TuneIn, studio: Studio) -> JobOut:
     _need_pairs(session, studio)
     job = studio.jobs.submit(
         "tune", tune, session, workspace=studio.workspace, **body.model_dump(exclude_none=True)
+    )
+    return JobOut.model_validate(job)
+
+
+@router.post("/sessions/{session}/diagnose", status_code=status.HTTP_202_ACCEPTED)
+def diagnose_session(session: int, body: DiagnoseIn, studio: Studio) -> JobOut:
+    """Look for what would keep a policy from learning; a job whose result says what to do."""
+    _need_pairs(session, studio)
+    job = studio.jobs.submit(
+        "diagnose", diagnose, session, workspace=studio.workspace, **body.model_dump()
     )
     return JobOut.model_validate(job)
 

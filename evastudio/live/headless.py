@@ -260,6 +260,7 @@ def fit(
         created=datetime.fromtimestamp(clock(), UTC).isoformat(timespec="seconds"),
         progress=silent if tuning else lambda share, doing: progress(0.2 + 0.75 * share, doing),
     )
+    told = [finding.sentence for finding in seen.findings(pairs) if finding.found]
     policy = replace(
         policy,
         cleaning=cleaning,
@@ -268,6 +269,7 @@ def fit(
             "session_name": chosen.name,
             "pairs_before_cleaning": seen.recorded,
             "delay": late.report(),
+            "findings": told,
             "cleaning_id": None if chosen.cleaning is None else chosen.cleaning.id,
             **({} if tuning is None else {"tuning": tuning.to_json()}),
         },
@@ -284,7 +286,7 @@ def fit(
         "pairs_before_cleaning": seen.recorded,
         "settings": policy.settings,
         "delay_s": late.steps * scene.dt_s,
-        "report": [late.sentence(), *(() if tuning is None else tuning.sentences)],
+        "report": [late.sentence(), *told, *(() if tuning is None else tuning.sentences)],
         "bytes": path.stat().st_size,
     }
 

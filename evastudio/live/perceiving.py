@@ -13,6 +13,8 @@ from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError
 from evastudio.learning.delay import Asked, Delay, delay_as_asked
+from evastudio.learning.diagnostics import diagnose
+from evastudio.learning.finding import Finding
 from evastudio.learning.perceived import Perceived
 from evastudio.workspace import Workspace
 from evastudio.world.loading import find_scene
@@ -46,7 +48,14 @@ class Seen:
 
     def delay(self, asked: Asked = "auto") -> Delay:
         """How late their actions are, or as `asked`. Raises InvalidInputError."""
-        return delay_as_asked(asked, self._counted, self.scene.dt_s)
+        return delay_as_asked(
+            asked, lambda steps: self._counted(self.pairs(steps)), self.scene.dt_s
+        )
+
+    def findings(self, pairs: Pairs) -> list[Finding]:
+        """What there is to say of `pairs` of these takes; see `diagnose`."""
+        chosen = self.scene.chosen(self.perception)
+        return diagnose(self._counted(pairs), self.perception.state, chosen.names, self.scene.dt_s)
 
     def marks(self, pairs: Pairs, conflicts: Mask) -> dict[int, Mask]:
         """`conflicts` among `pairs` of these takes, by take: one bit for each recorded step.
@@ -59,9 +68,8 @@ class Seen:
             mask[pairs.steps[rows]] = conflicts[rows]
         return marks
 
-    def _counted(self, delay_steps: int) -> Pairs:
-        """The pairs, symbols as one component each: 1 for the one that was chosen."""
-        pairs = self.pairs(delay_steps)
+    def _counted(self, pairs: Pairs) -> Pairs:
+        """`pairs`, symbols as one component each: 1 for the one that was chosen."""
         chosen = self.scene.chosen(self.perception)
         if isinstance(chosen, Symbols):
             ones = np.eye(len(chosen.names))[pairs.actions[:, 0].astype(np.int64)]

@@ -130,6 +130,7 @@ def test_a_program_flies_cleans_fits_and_plays(studio: Studio) -> None:
         ("POST", "/sessions/999/clean", {}, 404, "no session"),
         ("POST", "/sessions/999/fit", {}, 404, "no session"),
         ("POST", "/sessions/999/tune", {}, 404, "no session"),
+        ("POST", "/sessions/999/diagnose", {}, 404, "no session"),
         ("POST", "/takes/999/trash", None, 404, "no take"),
         ("GET", "/jobs/999", None, 404, "no job"),
         ("GET", "/policies/ghost", None, 404, "no policy"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +87,17 @@ def test_a_late_demonstrator_is_told_so_and_the_policy_is_not_late(recorded: Wor
     assert (off["delay_s"], off["pairs"]) == (0.0, 2700)
     with Store(recorded.store_url) as store:
         assert store.identity == load_policy(fitted["file"]).extra["store"]
+
+
+def test_a_diagnosis_says_what_to_know_and_writes_nothing(recorded: Workspace) -> None:
+    told = evastudio.diagnose(recorded, 1)
+    assert json.loads(json.dumps(told)) == told | {"delay": json.loads(json.dumps(told["delay"]))}
+    assert "You answered about 0.1 s late" in told["sentences"][0]
+    assert [finding["name"] for finding in told["findings"] if finding["found"]] == []
+    assert "Nothing else was found" in told["sentences"][1]
+    undelayed = evastudio.diagnose(recorded, 1, delay="off")
+    assert undelayed["delay"]["steps"] == 0
+    assert any(finding["name"] == "hidden" for finding in undelayed["findings"])
 
 
 @pytest.mark.parametrize("delay", ["soon", -0.1, 9.0, float("nan")])
