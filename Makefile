@@ -1,5 +1,5 @@
-# make run | test | lint | bench-crossing | bench-conflicts | bench-real: each sets up what it
-# needs in .venv first.
+# make run | test | lint | bench | bench-crossing | bench-conflicts | bench-real: each sets up what
+# it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -8,7 +8,8 @@ export PYTHONDONTWRITEBYTECODE = 1
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint format bench-crossing bench-delay bench-conflicts bench-real pictures chromium clean
+.PHONY: run test lint format bench bench-crossing bench-delay bench-conflicts bench-real pictures \
+	chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -24,6 +25,9 @@ lint: $(VENV)/.dev
 format: $(VENV)/.dev
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+bench: $(VENV)/.bench
+	$(BIN)/python benchmarks/performance.py
 
 bench-crossing: $(VENV)/.dev
 	$(BIN)/python benchmarks/crossing.py

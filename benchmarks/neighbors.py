@@ -26,13 +26,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from crossing import demonstrate, processor, scene_at
 from pykdtree.kdtree import KDTree
 from scipy.spatial import cKDTree
 from sklearn.neighbors import KNeighborsRegressor, NearestNeighbors
-from steering import steered
-from svr import Row, timed
 
+from benchmarks.crossing import demonstrate, scene_at
+from benchmarks.report import processor
+from benchmarks.steering import steered
+from benchmarks.svr import Row, timed
 from evastudio.learning.compiled import ensure_compiled
 from evastudio.learning.conflicts import ConflictEliminator
 from evastudio.learning.fitting import fit_policy

@@ -24,10 +24,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from crossing import demonstrate, middle, processor, scene_at
 from safetensors.numpy import load_file
 from sklearn.svm import SVR
 
+from benchmarks.crossing import demonstrate, middle, scene_at
+from benchmarks.report import processor
 from evastudio.learning.dual import dual_slopes, solve_dual
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy_files import save_policy
