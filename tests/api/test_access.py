@@ -31,6 +31,7 @@ PATHS = [
     ("DELETE", "/api/v1/sessions/1/clean"),
     ("POST", "/api/v1/sessions/1/fit"),
     ("POST", "/api/v1/sessions/1/tune"),
+    ("POST", "/api/v1/sessions/1/diagnose"),
     ("POST", "/api/v1/takes/1/trash"),
     ("POST", "/api/v1/takes/1/restore"),
     ("GET", "/api/v1/policies"),
