@@ -1,5 +1,5 @@
-# make run | test | lint | bench | bench-crossing | bench-conflicts | bench-real: each sets up what
-# it needs in .venv first.
+# make run | test | lint | bench | bench-crossing | bench-conflicts | bench-motion | bench-real:
+# each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -8,8 +8,8 @@ export PYTHONDONTWRITEBYTECODE = 1
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint format bench bench-crossing bench-delay bench-conflicts bench-real pictures \
-	chromium clean
+.PHONY: run test lint format bench bench-crossing bench-delay bench-conflicts bench-motion \
+	bench-real pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -37,6 +37,10 @@ bench-delay: $(VENV)/.dev
 
 bench-conflicts: $(VENV)/.dev
 	$(BIN)/python benchmarks/conflicts.py
+
+# How fast a crowd is posed and how far feet slide, into docs/motion.md; it reads recordings too.
+bench-motion: $(VENV)/.dev
+	$(BIN)/python benchmarks/motion.py
 
 # Recordings of people: EVASTUDIO_DATA names their folder, else it is ../shared/data.
 bench-real: $(VENV)/.bench

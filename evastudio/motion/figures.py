@@ -287,7 +287,7 @@ class Figures:
                     ),
                 )
             )
-        return drawn
+        return [*drawn, _shadows(joints, moment)]
 
     def _mixed_strides(self, speeds: Numbers, manners: Numbers) -> Array:
         """Metres a cycle at size 1."""
@@ -422,6 +422,24 @@ def _manner(manners: Numbers) -> tuple[Whole, Numbers]:
     place = np.clip(manners, -1.0, 1.0) + 1
     low = np.minimum(place.astype(np.int64), len(MANNERS) - 2)
     return low, place - low
+
+
+def _shadows(joints: Joints, moment: Moment) -> Body:
+    """A dark spot under each: nothing else tells that feet are on the ground."""
+    hips, head = joints.positions[0], joints.positions[2]
+    lies = (head - hips)[:, :2]
+    along = np.linalg.norm(lies, axis=1)
+    sizes = moment.sizes.astype(np.float32)
+    places = hips.copy()
+    places[:, :2] += lies / 2 * np.minimum(along / (0.4 * sizes), 1.0)[:, None]
+    places[:, 2] = 0.012
+    if moment.positions.shape[1] == 3:
+        places[:, 2] += moment.positions[:, 2]
+    half = np.arctan2(lies[:, 1], lies[:, 0]) / 2
+    wxyzs = np.zeros((len(hips), 4), dtype=np.float32)
+    wxyzs[:, 0], wxyzs[:, 3] = np.cos(half), np.sin(half)
+    scales = np.stack([0.26 * sizes + 0.9 * along, 0.26 * sizes, sizes], axis=1)
+    return Body("figure_shadow", "figure_shadow", places, wxyzs, scales)
 
 
 def _scales(limb: shapes.Limb, sizes: Floats, broad: Floats) -> Floats:

@@ -158,10 +158,20 @@ def meshes() -> Mapping[str, Mesh]:
         "eyes": made(*eyes),
         "hand": made(_lofted(hand, 6)),
         "shoe": made(_lofted(shoe, 8)),
+        "shadow": _disc(),
         "hair_short": made(_lofted(short, 10)),
         "hair_long": made(_lofted(long, 10)),
         "hair_bun": made(_lofted(short, 10), _lofted(bun, 7)),
     }
+
+
+def _disc(sides: int = 16) -> Mesh:
+    """A soft shadow on the ground, of radius 1."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)], axis=1)
+    faces = [(sides, side, (side + 1) % sides) for side in range(sides)]
+    vertices = np.concatenate([rim, np.zeros((1, 3))])
+    return Mesh(vertices, np.array(faces), (16, 18, 30), opacity=0.32)
 
 
 def _lofted(rings: Sequence[Ring], sides: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

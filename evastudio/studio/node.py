@@ -137,6 +137,7 @@ class Node:
             mesh.faces.astype(np.uint32),
             batched_colors=mesh.color if body.colors is None else body.colors,
             flat_shading=mesh.flat,
+            opacity=None if mesh.opacity >= 1.0 else mesh.opacity,
             lod=self._levels(scales),
             **place,
         )

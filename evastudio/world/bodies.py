@@ -26,6 +26,8 @@ class Mesh:
     """Facets are shown as they are instead of smoothed."""
     glow: bool = False
     """Drawn at full brightness, not lit: an engine flame, a marker."""
+    opacity: float = 1.0
+    """Below 1 what is behind shines through: a shadow on the ground. Not for one that glows."""
 
 
 @dataclass(frozen=True)

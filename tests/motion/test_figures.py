@@ -65,7 +65,9 @@ def test_a_crowd_moves_as_its_characters_do_one_by_one() -> None:
 
 def test_every_body_has_as_many_of_each_array_and_a_mesh() -> None:
     moment = crowd(4)
-    for body in FIGURES.bodies(moment):
+    *limbs, shadows = FIGURES.bodies(moment)
+    assert len(shadows.positions) == len(moment.positions)
+    for body in limbs:
         assert body.mesh in FIGURES.meshes()
         count = len(body.positions)
         assert body.wxyzs.shape == (count, 4)
