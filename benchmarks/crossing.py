@@ -120,6 +120,8 @@ def fit_sets(style: str, seed: int, minutes: float) -> list[Fitted]:
         for clean in cleanings:
             cleaning = clean_pairs(pairs[perception], scene) if clean else None
             for name, (learner, settings) in LEARNERS.items():
+                if settings and perception != PERCEPTIONS[0]:
+                    continue
                 start = time.process_time()
                 policy = fit_policy(
                     pairs[perception], scene, perception, learner, settings, cleaning=cleaning

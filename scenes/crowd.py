@@ -360,16 +360,18 @@ class Crowd(Scene):
         grown = np.clip(grown + np.clip(struck_s, 0.0, 1.0), 0.0, 1.0)
         down = (world["hit"][0] > 0) & (struck_s >= 0.0) & (struck_s < DOWN_S)
         rises = DOWN_S - figures().length_s(Activity.GETTING_UP)
+        since_s = max(struck_s - rises if struck_s >= rises else struck_s, 0.0)
+        still = np.zeros_like(world["heading"])
         people = Moment(
             positions=position,
             headings=world["heading"][0],
             speeds=speed * grown,
             phases=world["phase"][0],
-            turn_rates=world["turn_rate"][0] if "turn_rate" in world.moving else 0.0,
+            turn_rates=world.moving.get("turn_rate", still)[0],
             activities=np.where(
                 down, Activity.FALLEN if struck_s < rises else Activity.GETTING_UP, Activity.WALK
             ),
-            since_s=max(struck_s - rises, 0.0) if struck_s >= rises else max(struck_s, 0.0),
+            since_s=np.array(since_s),
             times_s=float(world["steps"][0]) * self.dt_s + 3.0 * world["whims"][0, :, 0],
             sizes=size * grown,
             looks=world["looks"][0],
@@ -627,8 +629,8 @@ def nearest(
         for number in range(NEAREST):
             at = (there & (rank == number + 1)).argmax(axis=1)
             row = np.arange(len(at))
-            offsets[(*left, number)] = around[row, at]
-            seen[(*left, number)] = there[row, at] & (rank[row, at] == number + 1)
+            offsets[left[0], left[1], number] = around[row, at]
+            seen[left[0], left[1], number] = there[row, at] & (rank[row, at] == number + 1)
         short = ~seen[left].all(axis=1)
         left = (left[0][short], left[1][short])
     return offsets, seen
