@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import reduce
 from typing import Any, Literal
 
 import numpy as np
@@ -79,6 +80,8 @@ class Delay:
             return f"A delay of {self.delay_s:.2g} s was taken out, as you asked."
         if self.takes < 2:
             return "Your reaction time was not measured: that needs at least two takes."
+        if not self.lags_s:
+            return "Your reaction time was not measured: decisions are too far apart in time."
         if self.helps:
             return (
                 f"You answered about {self.delay_s:.1f} s late; the policy does not. On takes it "
@@ -101,16 +104,16 @@ def estimate_delay(
 ) -> Delay:
     """How late the actions answer the states.
 
-    `pairs_at(d)` gives the pairs with a delay of d steps taken out: in the same order for every
-    d, without the first d steps of each take. Every delay is judged on the same actions. `seed`
-    decides the draws behind the interval.
+    `pairs_at(d)` gives the pairs with a delay of d steps taken out, by take and step in the same
+    order for every d. Every delay is judged on the actions that all of them have. `seed` decides
+    the draws behind the interval.
     Raises InvalidInputError for a step that is not above 0.
     """
     if not (np.isfinite(dt_s) and dt_s > 0.0):
         raise InvalidInputError(f"The decision step is {dt_s} s; it must be more than 0.")
     most = int((longest_s + BEYOND_S) / dt_s + 1e-9)
     lags = np.unique(np.rint(np.linspace(0, most, min(most + 1, MOST_LAGS))).astype(np.int64))
-    paired = [_from_step(pairs_at(int(lag)), most) for lag in lags]
+    paired = _of_same_actions([pairs_at(int(lag)) for lag in lags], most)
     takes = paired[0].takes
     names, take_of, sizes = np.unique(takes, return_inverse=True, return_counts=True)
     if len(names) < 2 or len(lags) < 3:
@@ -203,8 +206,15 @@ def in_order(states: Array, actions: Array, takes: NDArray[np.int64]) -> Pairs:
     )
 
 
-def _from_step(pairs: Pairs, step: int) -> Pairs:
-    return pairs.keep(pairs.steps >= step)
+def _of_same_actions(paired: list[Pairs], step: int) -> list[Pairs]:
+    """Of each pairs those whose actions all of them have, from `step` on in every take."""
+    latest = 1 + max(int(pairs.steps.max(initial=0)) for pairs in paired)
+    keys = [pairs.takes * latest + pairs.steps for pairs in paired]
+    common = reduce(np.intersect1d, keys)
+    return [
+        pairs.keep(np.isin(key, common) & (pairs.steps >= step))
+        for pairs, key in zip(paired, keys, strict=True)
+    ]
 
 
 def _smallest_as_good(by_take: Array, errors: Array) -> int:

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from typing import Any
 
 from evastudio.demonstrations.store import Store
+from evastudio.errors import InvalidInputError
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.delay import Asked
 from evastudio.live.perceiving import see_session, unmarked
@@ -33,7 +34,13 @@ def diagnose(
     progress(0.4, "Looking at the takes")
     late = seen.delay(delay)
     pairs = seen.pairs(late.steps)
-    findings = seen.findings(pairs.keep(unmarked(pairs, marks)))
+    pairs = pairs.keep(unmarked(pairs, marks))
+    if len(pairs) == 0:
+        raise InvalidInputError(
+            f"Session {chosen.name!r} has no pairs under perception {seen.perception.name!r}. "
+            "Choose another perception, or record a take where it applies."
+        )
+    findings = seen.findings(pairs)
     told = [finding.sentence for finding in findings if finding.found]
     nothing = "Nothing else was found that would keep a policy from learning this."
     progress(1.0, "Looked")

@@ -68,6 +68,27 @@ def test_takes_shorter_than_the_delays_tried_give_none():
     assert estimate_delay_of_arrays(states, actions, takes, DT).takes == 0
 
 
+def test_decisions_far_apart_give_none_and_say_so():
+    found = estimate_delay_of_arrays(*answered_late(1), 0.7)
+    assert (found.steps, found.lags_s) == (0, ())
+    assert "too far apart" in found.sentence()
+
+
+def test_moments_that_do_not_count_leave_gaps_and_no_harm():
+    pairs = in_order(*answered_late(3))
+    meant = np.random.default_rng(1).random(len(pairs)) < 0.97
+    found = estimate_delay(lambda steps: answered_in(pairs, meant, steps), DT)
+    assert found.steps == 3
+
+
+def answered_in(pairs, meant, steps):
+    """Pairs with a delay taken out, of which both moments are `meant` (pairs,)."""
+    late = answered_pairs(pairs, steps)
+    rows = pairs.takes * 1000 + pairs.steps
+    now = np.searchsorted(rows, late.takes * 1000 + late.steps)
+    return late.keep(meant[now] & meant[now - steps])
+
+
 def test_it_repeats_and_does_not_change_with_the_unit_of_actions():
     states, actions, takes = answered_late(3)
     one = estimate_delay_of_arrays(states, actions, takes, DT)
