@@ -29,9 +29,9 @@ INTRODUCTION = (
 )
 
 PUBLISHED = (
-    "Published, for other policies, by their own papers' protocols and not in this run: LSTM-GMM .67, BET .79, "
-    "IBC .90, Diffusion Policy .95. A first look at these data, plain and one step at a time: "
-    "k-NN with k=7 .47, SVR .26, MLP .43; cleaned .36, .31, .57."
+    "Published, for other policies, by their own papers' protocols and not in this run: LSTM-GMM "
+    ".67, BET .79, IBC .90, Diffusion Policy .95. A first look at these data, plain and one step "
+    "at a time: k-NN with k=7 .47, SVR .26, MLP .43; cleaned .36, .31, .57."
 )
 
 
@@ -169,8 +169,8 @@ def closed_loop(bouts: Sequence[Bout]) -> list[str]:
         "the Wilson interval. Fitted to all 206 demonstrations; settings chosen on demonstrations "
         "held out, not by playing. `plain`: the five numbers, actions relative to the agent; "
         "`block`: seen from the block, mirrored. Steps at once: how many targets one decision "
-        "gives. That the nearest pair alone is played, and the steps at once, was picked by playing "
-        "30 other seeds.",
+        "gives. That the nearest pair alone is played, and the steps at once, was picked by "
+        "playing 30 other seeds.",
         "",
         PUBLISHED,
         "",
