@@ -15,7 +15,7 @@ import argparse
 import statistics
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import joblib
@@ -140,7 +140,7 @@ def recorded_late(flown: Flown, delay_s: float, dt_s: float) -> Flown:
         seed = np.full(len(take), take.take + 1, dtype=np.uint64)
         lag = np.minimum(drawn_lags(seed, step, delay_s, dt_s), step)
         moved = take.actions[step - lag]
-        takes.append(SeenTake(take.perception, take.percept, take.moments, moved, take.take))
+        takes.append(replace(take, actions=moved))
     return Flown(tuple(takes), flown.crossed)
 
 
