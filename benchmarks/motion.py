@@ -293,22 +293,6 @@ def imported_table() -> Iterator[str]:
         )
 
 
-TEXT = """# Figures: speed, and feet
-
-What the tables say is explained in the room `evastudio/motion/`; `benchmarks/motion.py` writes
-what stands between the marks.
-
-Feet are measured at 240 moments a second: at each, a foot stands on its lower end, heel or ball,
-if that is within 1 cm of the ground, and what this point travels over the ground until the next
-moment is added up over two cycles and shared among the foot's steps. The worse foot is shown.
-The plain loop samples one clip and poses one skeleton for each character, and neither blends nor
-bends legs. What a watched frame costs holds building and sending viser's messages to one browser.
-
-Between standing and walking (up to 0.2 m/s), and while a speed changes, feet do slide: a pose
-knows no past.
-"""
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--print", action="store_true", help="write no document")
@@ -324,10 +308,7 @@ def main() -> None:
     line = where_and_when(at, "python benchmarks/motion.py", time.monotonic() - begin)
     print(f"{line}\n\n{text}")
     if not chosen.print:
-        path = ROOT / "docs" / "motion.md"
-        if not path.exists():
-            path.write_text(TEXT, encoding="utf-8")
-        write_section(path, "measured", f"{line}\n\n{text}")
+        write_section(ROOT / "docs" / "motion.md", "measured", f"{line}\n\n{text}")
 
 
 if __name__ == "__main__":

@@ -1,1 +1,1 @@
-"""Skeletons, clips and figures: what turns "walk, turn left" into limbs."""
+"""Skeletons, clips and figures: what turns "walk, turn left" into limbs (`docs/motion.md`)."""

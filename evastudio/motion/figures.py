@@ -119,12 +119,19 @@ class Moment:
             raise InvalidInputError(
                 f"The positions have shape {np.shape(self.positions)}; expected (N, 2) or (N, 3)."
             )
+        if not np.isfinite(self.positions).all():
+            raise InvalidInputError("The positions hold NaN or infinite numbers.")
         for entry in fields(self)[1:]:
             array = np.asarray(getattr(self, entry.name))
             if array.shape not in ((), (count,)):
                 raise InvalidInputError(
                     f"The {entry.name} have shape {array.shape}; expected ({count},), one for "
                     "each character."
+                )
+            if not np.isfinite(array).all() or (entry.name == "sizes" and not (array > 0).all()):
+                raise InvalidInputError(
+                    f"The {entry.name} hold NaN, infinite numbers, or sizes that are not above "
+                    "zero; a figure needs finite ones."
                 )
             kind = np.int64 if entry.name in ("activities", "looks") else np.float64
             wide = np.broadcast_to(array.astype(kind, copy=False), (count,))

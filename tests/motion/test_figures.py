@@ -140,3 +140,13 @@ def test_a_moment_refuses_arrays_of_another_length() -> None:
         Moment(np.zeros((2, 2)), np.zeros(2), np.zeros(3))
     with pytest.raises(InvalidInputError, match="positions have shape"):
         Moment(np.zeros(4), np.zeros(4))
+
+
+@pytest.mark.parametrize("name", ["positions", "headings", "speeds", "phases", "sizes", "times_s"])
+def test_a_moment_refuses_what_is_not_finite(name: str) -> None:
+    arrays = dict(vars(crowd(5)))
+    arrays[name] = arrays[name] * np.nan
+    with pytest.raises(InvalidInputError, match=name):
+        Moment(**arrays)
+    with pytest.raises(InvalidInputError, match="sizes"):
+        Moment(np.zeros((2, 2)), np.zeros(2), sizes=np.zeros(2))

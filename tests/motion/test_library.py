@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from evastudio.errors import InvalidInputError, NotFoundError, StorageError
 from evastudio.motion.figures import Activity, Figures
 from evastudio.motion.library import CHOICES, Choice, Library
 from evastudio.workspace import Workspace
-from tests.motion.walker import bvh, glb, walking
+from tests.motion.walker import bvh, described, glb, packed, walking
 
 
 @pytest.fixture
@@ -113,3 +114,15 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "motion").write_text("in the way")
     with pytest.raises(StorageError, match="cannot be written"):
         Library(tmp_path / "motion").forget("walk")
+
+
+def test_the_examples_in_the_document_run(tmp_path: Path) -> None:
+    told, data = described(walking(1.2))
+    told["animations"][0]["name"] = "Walking_A"
+    (tmp_path / "motion").mkdir()
+    (tmp_path / "motion" / "hero.glb").write_bytes(packed(told, data))
+    document = Path(__file__).parents[2] / "docs" / "motion.md"
+    examples = re.findall(r"```python\n(.*?)```", document.read_text(), re.DOTALL)
+    assert len(examples) == 2
+    for example in examples:
+        exec(example, {"folder": tmp_path})
