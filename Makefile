@@ -33,7 +33,7 @@ bench-crossing: $(VENV)/.dev
 	$(BIN)/python benchmarks/crossing.py
 
 bench-delay: $(VENV)/.dev
-	$(BIN)/python benchmarks/delay.py
+	$(BIN)/python -m benchmarks.delay
 
 bench-conflicts: $(VENV)/.dev
 	$(BIN)/python benchmarks/conflicts.py

@@ -1,7 +1,7 @@
 """Is a known reaction delay found, and what does taking it out win back?
 
-    python benchmarks/delay.py            # the tables in docs/delay.md
-    python benchmarks/delay.py --quick    # one set, 50 fields, to see that it runs
+    python -m benchmarks.delay            # the tables in docs/delay.md
+    python -m benchmarks.delay --quick    # one set, 50 fields, to see that it runs
 
 The careful scripted demonstrator flies the asteroid field seeing what was there a while ago: the
 delay is drawn anew every second, normal about its mean with 0.07 s of jitter, whole steps. It
@@ -20,9 +20,10 @@ from pathlib import Path
 
 import joblib
 import numpy as np
-from crossing import FIELDS, MINUTES, ROOT, commit, middle, processor, scene_at
 from numpy.typing import NDArray
 
+from benchmarks.crossing import FIELDS, MINUTES, middle, scene_at
+from benchmarks.report import ROOT, commit, processor
 from evastudio.demonstrations.pairs import Pairs, SeenTake, join_pairs, see_take
 from evastudio.evaluation.evaluate import evaluate
 from evastudio.learning.delay import Delay, estimate_delay
@@ -218,10 +219,11 @@ def main() -> None:
 
 def report(rows: Sequence[Row], sets: Sequence[int], worlds: int) -> str:
     """The tables."""
+    at = commit("evastudio/learning", "evastudio/pilots", "scenes")
     lines = [
         "# Reaction delay: found, and taken out",
         "",
-        f"Written by `python benchmarks/delay.py` at {commit()}, on {processor()}.",
+        f"Written by `python -m benchmarks.delay` at {at}, on {processor()}.",
         "",
         "The careful scripted demonstrator, a program, answers what it saw a while ago; the delay "
         f"wanders with a standard deviation of {JITTER_S:g} s and it foresees nothing. "
