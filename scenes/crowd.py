@@ -101,8 +101,10 @@ class Crowd(Scene):
         Option("length", "Seconds", 60.0, 5.0, 3600.0, 5.0, "A scene without a boulder ends then."),
     )
     controls = (
-        Control("turn", "turn left or right", ("KeyD", "ArrowRight"), ("KeyA", "ArrowLeft"), 0.0),
-        Control("walk", "walk on", (), ("KeyW", "ArrowUp"), 0.0),
+        Control(
+            "turn", "turn left or right", ("KeyD", "ArrowRight"), ("KeyA", "ArrowLeft"), 0.0, True
+        ),
+        Control("walk", "walk on", (), ("KeyW", "ArrowUp"), 0.0, True),
     )
     action = Box(
         (

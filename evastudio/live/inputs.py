@@ -33,7 +33,10 @@ class _Axis:
         self.changes.append((max(at, last_at), target))
 
     def read(self, start: float, end: float) -> float:
-        """Mean deflection over the interval, which follows the one read before."""
+        """Mean deflection over the interval, which follows the one read before.
+
+        Of a latched control the deflection at its end: a push that lasts a step is still on then.
+        """
         area, now = 0.0, start
         while self.changes and self.changes[0][0] < end:
             at, target = self.changes.pop(0)
@@ -41,7 +44,7 @@ class _Axis:
             now = max(at, now)
             self.target = target
         area += self._move(end - now)
-        return area / (end - start)
+        return self.deflection if self.control.latched else area / (end - start)
 
     def _move(self, duration: float) -> float:
         """Follow the target for `duration` seconds; the area under the deflection."""

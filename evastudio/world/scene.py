@@ -48,6 +48,9 @@ class Control:
     """Keyboard codes that push it up."""
     ramp_s: float
     """Seconds from rest to full deflection while a key is held, and back when released."""
+    latched: bool = False
+    """What is held when the decision falls counts, and a tap since the last one; not the mean over
+    the step. For decisions so far apart that a person presses in time for each."""
 
 
 @dataclass(frozen=True)

@@ -109,3 +109,22 @@ def test_whatever_is_pressed_the_action_stays_within_its_bounds(
         assert np.isfinite(action).all()
         assert (action >= ACTION.low - 1e-12).all()
         assert (action <= ACTION.high + 1e-12).all()
+
+
+def latched(*edges: tuple[float, str]) -> list[float]:
+    """What three decisions half a second apart take from a key pressed and released."""
+    control = Control("turn", "turn", (), ("KeyA",), 0.0, latched=True)
+    keys = HeldKeys((control,), Box((Field("turn", "1", -1.0, 1.0),)), 0.5)
+    for at, code in edges:
+        keys.hold([code] if code else [], at)
+    return [float(keys.read(end - 0.5, end)[0, 0]) for end in (0.5, 1.0, 1.5)]
+
+
+def test_of_a_latched_control_the_key_held_at_the_decision_counts() -> None:
+    assert latched((0.45, "KeyA"), (1.2, "")) == [1.0, 1.0, 0.0]
+    assert latched((0.0, "KeyA"), (0.95, "")) == [1.0, 0.0, 0.0]
+
+
+def test_a_tap_between_latched_decisions_counts_once() -> None:
+    assert latched((0.1, "KeyA"), (0.15, "")) == [1.0, 0.0, 0.0]
+    assert latched((0.6, "KeyA"), (0.9, "")) == [0.0, 1.0, 0.0]
