@@ -11,7 +11,7 @@ import numpy as np
 from evastudio.errors import InvalidInputError
 from evastudio.motion.clip import Clip, fitting
 from evastudio.motion.rotations import about, product
-from evastudio.motion.skeleton import MOST_JOINTS, Skeleton
+from evastudio.motion.skeleton import LARGEST, MOST_JOINTS, Skeleton
 from evastudio.world.spaces import Array
 
 CHANNELS = {
@@ -65,6 +65,11 @@ def read_bvh(data: bytes, name: str) -> Clip:
         raise InvalidInputError(
             f"{name!r} claims {frames} frames of {width} numbers, but holds {numbers.size} "
             f"numbers instead of {frames * width}."
+        )
+    if not (np.abs(numbers) <= LARGEST).all():
+        raise InvalidInputError(
+            f"The frames of {name!r} hold NaN or infinite numbers, or some beyond {LARGEST:g}; "
+            "export them anew."
         )
     return hierarchy.clip(numbers.reshape(frames, width), 1.0 / step_s)
 

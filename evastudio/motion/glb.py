@@ -226,9 +226,10 @@ class Glb:
         count = self._index(accessor.get("count"), most + 1, "row")
         if count == 0:
             raise self._error("has an accessor without rows")
-        array = np.ndarray(
-            (count, width), kind, self._bytes, begin + first, (stride, kind.itemsize)
-        ).astype(np.float64)
+        with np.errstate(invalid="ignore"):  # of NaN, which is refused below
+            array = np.ndarray(
+                (count, width), kind, self._bytes, begin + first, (stride, kind.itemsize)
+            ).astype(np.float64)
         if kind.kind != "f":
             array /= np.iinfo(kind).max
         if not (np.abs(array) <= LARGEST).all():

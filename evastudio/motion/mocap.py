@@ -9,7 +9,7 @@ import numpy as np
 from evastudio.errors import InvalidInputError
 from evastudio.motion.clip import Clip, fitting
 from evastudio.motion.rotations import about, normalized, slerp
-from evastudio.motion.skeleton import Skeleton
+from evastudio.motion.skeleton import LARGEST, Skeleton
 from evastudio.world.spaces import Array, finite_rows
 
 MOST_BYTES = 16_000_000
@@ -53,6 +53,8 @@ def read_mocap(data: bytes, name: str) -> Clip:
             f"({type(error).__name__})."
         ) from None
     numbers = finite_rows(frames, WIDTH, f"frames of {name!r}", "duration, root, joints")
+    if (np.abs(numbers) > LARGEST).any():
+        raise InvalidInputError(f"The frames of {name!r} hold numbers beyond {LARGEST:g}.")
     lasting = np.maximum(numbers[:-1, 0], 0.0)
     times = np.concatenate([[0.0], np.cumsum(lasting)])
     if not 0.05 <= times[-1] <= 3600.0 or lasting.min() <= 0:
