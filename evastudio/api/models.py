@@ -64,9 +64,9 @@ class SceneOut(BaseModel):
     options: list[OptionOut]
     controls: list[ControlOut]
     action: list[FieldOut]
-    """Empty where the character chooses among symbols."""
+    """In the world's frame; empty where that is one of a set of symbols."""
     symbols: list[str]
-    """What it chooses among; empty where its action is numbers."""
+    """What it chooses among under its first perception; empty where it chooses numbers."""
     perceptions: list[PerceptionOut]
 
 

@@ -28,6 +28,7 @@ def get_scene(name: str, studio: Studio) -> SceneOut:
 
 
 def _scene(scene: Scene) -> SceneOut:
+    chosen = scene.chosen(scene.perception())
     return SceneOut(
         name=scene.name,
         title=scene.title,
@@ -46,7 +47,7 @@ def _scene(scene: Scene) -> SceneOut:
             for control in scene.controls
         ],
         action=_fields(scene.action) if isinstance(scene.action, Box) else [],
-        symbols=list(scene.action.names) if isinstance(scene.action, Symbols) else [],
+        symbols=list(chosen.names) if isinstance(chosen, Symbols) else [],
         perceptions=[
             PerceptionOut(name=view.name, summary=view.summary, state=_fields(view.state))
             for view in scene.perceptions.values()

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError
 from evastudio.learning.conflicts import Conflict, ConflictEliminator
-from evastudio.world.scene import Scene
+from evastudio.world.scene import Perception, Scene
 from evastudio.world.spaces import Array, Symbols
 
 Progress = Callable[[float, str], None]
@@ -89,14 +89,16 @@ class Cleaning:
 def clean_pairs(
     pairs: Pairs,
     scene: Scene,
+    perception: str | Perception | None = None,
     *,
     n_neighbors: int = N_NEIGHBORS,
     threshold: float | str = THRESHOLD,
     progress: Progress = silent,
 ) -> Cleaning:
-    """Find the conflicts among `pairs` of `scene`; see `ConflictEliminator`.
+    """Find the conflicts among `pairs`, perceived through `perception` of `scene`.
 
-    Raises InvalidInputError where there are too few pairs or they are not finite.
+    See `ConflictEliminator`. Raises NotFoundError for an unknown perception, InvalidInputError
+    where there are too few pairs or they are not finite.
     """
     if len(pairs) == 0:
         raise InvalidInputError("There are no pairs to clean. Record a take first.")
@@ -108,8 +110,9 @@ def clean_pairs(
             f"{len(pairs)}. Record more first."
         )
     progress(0.0, "Looking for conflicts")
-    symbols = isinstance(scene.action, Symbols)
-    span = scene.action.high - scene.action.low
+    action = scene.chosen(scene.perception(perception))
+    symbols = isinstance(action, Symbols)
+    span = action.high - action.low
     known = span if not symbols and np.isfinite(span).all() else None
     eliminator = ConflictEliminator(n_neighbors, threshold, known, gap, symbols)
     eliminator.fit(pairs.states, pairs.actions, pairs.moments)

@@ -37,7 +37,7 @@ def fit_policy(
     Raises NotFoundError for an unknown perception, learner or setting, InvalidInputError for
     a learner, pairs or settings that cannot be used.
     """
-    view = scene.perception(perception) if not isinstance(perception, Perception) else perception
+    view = scene.perception(perception)
     chosen = scene.chosen(view)
     learner = find_learner(learner, chosen)
     fitted = LEARNERS[learner]()

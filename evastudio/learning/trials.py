@@ -18,7 +18,7 @@ from evastudio.errors import InvalidInputError
 from evastudio.learning.candidates import GRIDS, Candidate
 from evastudio.learning.cleaning import N_NEIGHBORS, Progress, clean_pairs, silent
 from evastudio.learning.holdout import HoldOut, Mask, mistakes, summed_up, take_folds
-from evastudio.world.scene import Scene
+from evastudio.world.scene import Perception, Scene
 from evastudio.world.spaces import Array
 
 CONFIDENCE = 0.95
@@ -73,13 +73,16 @@ class Examiner:
         self,
         pairs: Pairs,
         scene: Scene,
+        perception: str | Perception | None = None,
         *,
         n_neighbors: int = N_NEIGHBORS,
         n_jobs: int = 1,
         progress: Progress = silent,
     ) -> None:
-        """`n_neighbors` are those that cleaning compares a pair with."""
+        """`pairs` are perceived through `perception`; `n_neighbors` are those that cleaning
+        compares a pair with."""
         self.pairs, self.scene, self.n_neighbors = pairs, scene, n_neighbors
+        self.perception = perception
         self.n_jobs, self.progress = n_jobs, progress
         self.folds = take_folds(pairs.takes)
         self._kept: dict[float | str, tuple[Mask, ...]] = {}
@@ -141,6 +144,7 @@ class Examiner:
                 found = clean_pairs(
                     self.pairs.keep(~held),
                     self.scene,
+                    self.perception,
                     n_neighbors=self.n_neighbors,
                     threshold=threshold,
                 )

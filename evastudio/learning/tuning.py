@@ -61,7 +61,7 @@ def tune(
     give the same report, whatever `n_jobs`. Raises InvalidInputError for fewer than two takes or
     too few pairs, NotFoundError for an unknown perception or a learner that cannot be tuned.
     """
-    view = scene.perception(perception) if not isinstance(perception, Perception) else perception
+    view = scene.perception(perception)
     names = tuned_learners(scene.chosen(view))
     if learner != AUTO and learner not in names:
         raise not_found("learner that can be tuned", learner, (AUTO, *names))
@@ -79,7 +79,7 @@ def tune(
         progress(0.0, "Getting ready, once on this machine: half a minute")
         ensure_compiled()
     steps = _Steps(progress, sum(len(GRIDS[name]) + 2 for name in wanted) + 5)
-    examiner = Examiner(pairs, scene, n_neighbors=n_neighbors, n_jobs=n_jobs, progress=steps)
+    examiner = Examiner(pairs, scene, view, n_neighbors=n_neighbors, n_jobs=n_jobs, progress=steps)
     baselines = _baselines(examiner, names)
     tried: list[Trial] = []
     for name in wanted:

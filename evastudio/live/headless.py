@@ -162,6 +162,7 @@ def clean(
         found = clean_pairs(
             pairs,
             scene,
+            perception,
             n_neighbors=n_neighbors,
             threshold=threshold,
             progress=lambda share, doing: progress(0.3 + 0.6 * share, doing),
@@ -245,7 +246,7 @@ def fit(
         )
         learner, settings = tuning.chosen.learner, tuning.chosen.settings
         if cleaning is None and tuning.chosen.threshold is not None:
-            found = clean_pairs(pairs, scene, threshold=tuning.chosen.threshold)
+            found = clean_pairs(pairs, scene, perception, threshold=tuning.chosen.threshold)
             cleaning = {"neighbors": N_NEIGHBORS, **found.report()}
     policy = fit_policy(
         pairs,

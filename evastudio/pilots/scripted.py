@@ -59,14 +59,15 @@ class ScriptedPilot(Pilot):
         middle = (scene.action.high + scene.action.low) / 2
         half = (scene.action.high - scene.action.low) / 2
         # From here on in shares of half the range.
-        want = (scene.intention(seen, **traits.intention) - middle) / half
+        meant = want = (scene.intention(seen, **traits.intention) - middle) / half
         seed, step = memory["seed"], memory["step"]
         wrong = self._burst(after, "wrong", traits.mistakes_per_minute, traits.mistake_steps, scene)
         want = np.where(_beside(wrong, want), -want, want)
         rests = self._burst(
             after, "resting", traits.indecision_per_minute, traits.indecision_steps, scene
         )
-        want = np.where(_beside(rests, want), 0.0, want)
+        nothing = (scene.action.clip(np.zeros(scene.action.size)) - middle) / half
+        want = np.where(_beside(rests, want), nothing, want)
         last = memory["done"][:, 0]
         turns = isinstance(scene.action, Box)  # a symbol is chosen as a whole
         if turns and traits.smoothing:
@@ -79,6 +80,7 @@ class ScriptedPilot(Pilot):
         want = np.clip(want, -1.0, 1.0)
         if turns and traits.keys:
             want = self._press(scene, want, last, after)
+        want = np.where(_steered(scene), want, np.clip(meant, -1.0, 1.0))
         after["done"] = np.concatenate([want[:, None], memory["done"][:, :-1]], axis=1)
         after["step"] = step + 1
         return middle + want * half, after
@@ -152,6 +154,14 @@ def _where(mask: NDArray[np.bool_], yes: Snapshot, no: Snapshot) -> Snapshot:
     for name, array in yes.moving.items():
         moving[name] = np.where(_beside(mask, array), array, no.moving[name])
     return Snapshot(no.fixed, moving)
+
+
+def _steered(scene: Scene) -> NDArray[np.bool_]:
+    """Which components of the action (m,) a hand gives, well or badly: those that controls move."""
+    fields = {control.field for control in scene.controls}
+    if not fields or not isinstance(scene.action, Box):
+        return np.ones(scene.action.size, dtype=np.bool_)
+    return np.array([name in fields for name in scene.action.names])
 
 
 def _beside(mask: NDArray[np.bool_], array: AnyArray) -> NDArray[np.bool_]:

@@ -205,8 +205,10 @@ class Scene(ABC):
         """What is chosen under `perception`: its own kind of action, or the scene's."""
         return self.action if perception.action is None else perception.action
 
-    def perception(self, name: str | None = None) -> Perception:
-        """The perception of that name, or the default. Raises NotFoundError."""
+    def perception(self, name: str | Perception | None = None) -> Perception:
+        """The perception of that name, the default, or the one given. Raises NotFoundError."""
+        if isinstance(name, Perception):
+            return name
         if name is None:
             return next(iter(self.perceptions.values()))
         if name not in self.perceptions:

@@ -155,3 +155,16 @@ def test_a_read_only_workspace_is_refused(tmp_path: Path) -> None:
                 evastudio.sessions(Workspace(folder))
     finally:
         folder.chmod(0o700)
+
+
+def test_symbols_of_a_perception_are_cleaned_although_the_scene_acts_in_numbers(
+    tmp_path: Path,
+) -> None:
+    workspace = Workspace(tmp_path)
+    evastudio.record(workspace, "crowd", "scripted:shy", 4.0, options={"people": 30.0})
+    cleaned = evastudio.clean(workspace, 1)
+    assert cleaned["eta"] == []
+    assert 0 < cleaned["removed"] < cleaned["pairs"] / 3
+    fitted = evastudio.fit(workspace, 1)
+    assert fitted["learner"] == "voting"
+    assert fitted["pairs"] == cleaned["kept"]

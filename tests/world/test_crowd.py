@@ -152,3 +152,16 @@ def test_between_decisions_nobody_jumps() -> None:
             ground = scene.side * CELL
             shift = shift - np.rint(shift / ground) * ground
             assert np.abs(shift).max() < 1.3
+
+
+def test_clumsy_hands_drop_no_boulder_and_hesitate_on_the_spot() -> None:
+    scene = CROWD(people=20)
+    pilot, seeds = find_pilot("scripted:human"), world_seeds(1, 6)
+    snapshot, memory = scene.worlds(seeds), pilot.begin(scene, seeds)
+    for _ in range(60):
+        resting = memory["resting"] > 1
+        actions, memory = pilot.act(scene, snapshot, memory)
+        snapshot = scene.step(snapshot, actions)
+        assert not actions[..., 2:].any()
+        assert (actions[resting, :, 1] <= 0.5).all()
+    assert (snapshot["boulder"][:, 2] < 0.0).all()
