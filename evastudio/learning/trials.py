@@ -14,7 +14,6 @@ from scipy.stats import t as student
 from sklearn.base import is_classifier
 
 from evastudio.demonstrations.pairs import Pairs
-from evastudio.errors import InvalidInputError
 from evastudio.learning.candidates import GRIDS, Candidate
 from evastudio.learning.cleaning import N_NEIGHBORS, Progress, clean_pairs, silent
 from evastudio.learning.holdout import HoldOut, Mask, mistakes, summed_up, take_folds
@@ -105,9 +104,7 @@ class Examiner:
         for candidate, learner in zip(candidates, made, strict=True):
             wanted = actions[:, 0] if is_classifier(learner) else actions
             for fold, held in enumerate(self.folds):
-                mask = self._used(candidate.threshold, fold)
-                if used is not None:
-                    mask = used[fold] if mask is None else mask & used[fold]
+                mask = self._used(candidate.threshold, fold, used)
                 tasks.append((learner, self.pairs.states, wanted, held, mask))
         run = joblib.Parallel(n_jobs=self.n_jobs, prefer="threads", return_as="generator")
         parts = run(joblib.delayed(mistakes)(*task) for task in tasks)
@@ -122,21 +119,31 @@ class Examiner:
             for row, candidate in enumerate(candidates)
         ]
 
-    def kept(self, threshold: float | str) -> float:
-        """The least share of pairs that cleaning leaves to learn from; 0 where they are too few
-        to be cleaned."""
-        try:
-            masks = [self._used(threshold, fold) for fold in range(len(self.folds))]
-        except InvalidInputError:
-            return 0.0
-        both = zip(masks, self.folds, strict=True)
-        return min(float(mask[~held].mean()) for mask, held in both if mask is not None)
+    def taught(
+        self, threshold: float | str | None = None, used: Sequence[Mask] | None = None
+    ) -> NDArray[np.int64]:
+        """How many pairs there are to learn from when each fold is held out, (folds,).
 
-    def _used(self, threshold: float | str | None, fold: int) -> Mask | None:
-        """The pairs that cleaning leaves in: conflicts are looked for among the takes learned
-        from only, as held-out ones must not help to choose."""
+        With a `threshold` after cleaning; `used` as in `run`. Raises InvalidInputError where they
+        are too few to be cleaned.
+        """
+        masks = [self._used(threshold, fold, used) for fold in range(len(self.folds))]
+        both = zip(masks, self.folds, strict=True)
+        return np.array([(~held if mask is None else ~held & mask).sum() for mask, held in both])
+
+    def _used(
+        self, threshold: float | str | None, fold: int, used: Sequence[Mask] | None
+    ) -> Mask | None:
+        """The pairs of `used` that cleaning leaves in; None for all."""
+        limit = None if used is None else used[fold]
         if threshold is None:
-            return None
+            return limit
+        kept = self._cleaned(threshold)[fold]
+        return kept if limit is None else kept & limit
+
+    def _cleaned(self, threshold: float | str) -> tuple[Mask, ...]:
+        """What cleaning keeps when each fold is held out: conflicts are looked for among the takes
+        learned from only, as held-out ones must not help to choose."""
         if threshold not in self._kept:
             masks = []
             for held in self.folds:
@@ -151,7 +158,7 @@ class Examiner:
                 kept[~held] = ~found.conflicts
                 masks.append(kept)
             self._kept[threshold] = tuple(masks)
-        return self._kept[threshold][fold]
+        return self._kept[threshold]
 
 
 def gain(before: Trial, after: Trial, left_out: int | None = None) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from evastudio.errors import InvalidInputError, not_found
 from evastudio.learning.candidates import GRIDS, THRESHOLDS, Candidate, others, tuned_learners
 from evastudio.learning.cleaning import N_NEIGHBORS, Progress, silent
 from evastudio.learning.compiled import ensure_compiled, is_compiled
-from evastudio.learning.holdout import Mask, take_folds
+from evastudio.learning.holdout import Mask
 from evastudio.learning.perceived import Perceived, compare_perceptions
 from evastudio.learning.trials import Examiner, Trial, choose, is_better
 from evastudio.learning.tuning_report import Row, Tuning
@@ -67,23 +67,20 @@ def tune(
         raise not_found("learner that can be tuned", learner, (AUTO, *names))
     finite_rows(pairs.states, pairs.states.shape[1], "states of the pairs")
     finite_rows(pairs.actions, pairs.actions.shape[1], "actions of the pairs")
-    least = min(int((~held).sum()) for held in take_folds(pairs.takes))
-    if least < LEAST:
-        raise InvalidInputError(
-            f"Without the take held out there are only {least} pairs to learn from. Record more."
-        )
-    wanted = [learner]
-    if learner == AUTO:
-        wanted = [name for name in names if Candidate(name).neighbors <= least]
+    wanted = names if learner == AUTO else (learner,)
+    steps = _Steps(progress, sum(len(GRIDS[name]) + 2 for name in wanted) + 5)
+    examiner = Examiner(pairs, scene, view, n_neighbors=n_neighbors, n_jobs=n_jobs, progress=steps)
+    least = _least(examiner, wanted, None)
     if not is_compiled():  # the report must not depend on what was compiled before
         progress(0.0, "Getting ready, once on this machine: half a minute")
         ensure_compiled()
-    steps = _Steps(progress, sum(len(GRIDS[name]) + 2 for name in wanted) + 5)
-    examiner = Examiner(pairs, scene, view, n_neighbors=n_neighbors, n_jobs=n_jobs, progress=steps)
+    if threshold is not None:
+        least = _least(examiner, wanted, threshold)
     baselines = _baselines(examiner, names)
     tried: list[Trial] = []
     for name in wanted:
-        tried += _search(examiner, name, threshold, least)
+        if Candidate(name).neighbors <= least:
+            tried += _search(examiner, name, threshold, least)
     uncleaned = choose(tried)
     cleaned = _with_cleaning(examiner, uncleaned.candidate, threshold)
     if threshold is None:
@@ -111,6 +108,21 @@ class _Steps:
     def __call__(self, share: float, doing: str) -> None:
         self._progress((self._done + share) / self._count, doing)
         self._done += share >= 1.0
+
+
+def _least(examiner: Examiner, wanted: Sequence[str], threshold: float | str | None) -> int:
+    """How many pairs there are at least to learn from.
+
+    Raises InvalidInputError where they are too few for every one of the learners `wanted`.
+    """
+    least = int(examiner.taught(threshold).min())
+    needed = max(LEAST, min(Candidate(name).neighbors for name in wanted))
+    if least < needed:
+        raise InvalidInputError(
+            f"Without the take held out there are only {least} pairs to learn from, and at least "
+            f"{needed} are needed. Record more."
+        )
+    return least
 
 
 def _search(
@@ -150,12 +162,24 @@ def _with_cleaning(
     """The chosen settings with cleaning where they had none, and without where they had it."""
     asked: list[float | str | None] = [None]
     if threshold is None:
-        asked = [one for one in THRESHOLDS if examiner.kept(one) > 0.5]
+        asked = [one for one in THRESHOLDS if _bears_cleaning(examiner, chosen, one)]
     return examiner.run([Candidate(chosen.learner, chosen.settings, one) for one in asked])
 
 
+def _bears_cleaning(examiner: Examiner, chosen: Candidate, threshold: float | str) -> bool:
+    """Whether enough pairs are left to learn from: more than half, and enough for a decision."""
+    try:
+        left = examiner.taught(threshold)
+    except InvalidInputError:
+        return False  # too few to look for conflicts among
+    return bool((left > examiner.taught() / 2).all() and left.min() >= chosen.neighbors)
+
+
 def _learning_curve(examiner: Examiner, chosen: Trial) -> list[tuple[float, Trial]]:
-    """Shares of the takes learned from, and the trial of each: halves, each in turn, and all."""
+    """Shares of the takes learned from, and the trial of each: halves, each in turn, and all.
+
+    Only all where half of the takes can be too few for a decision.
+    """
     halves = []
     for part in range(2):
         used = []
@@ -163,7 +187,10 @@ def _learning_curve(examiner: Examiner, chosen: Trial) -> list[tuple[float, Tria
             names = np.unique(examiner.pairs.takes[~held])
             mine = names[part::2] if len(names) > 1 else names
             used.append(np.isin(examiner.pairs.takes, mine))
-        halves += examiner.run([chosen.candidate], used=used)
+        one = chosen.candidate
+        if examiner.taught(one.threshold, used).min() < max(one.neighbors, 1):
+            return [(1.0, chosen)]
+        halves += examiner.run([one], used=used)
     both = np.mean([trial.wrong for trial in halves], axis=0)
     return [
         (0.5, Trial(chosen.candidate, both, chosen.takes, chosen.symbols)),

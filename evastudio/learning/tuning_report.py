@@ -72,7 +72,7 @@ class Tuning:
     cleaning_helps: bool
     cleaning_harms: bool
     learning: tuple[tuple[float, float], ...]
-    """Shares of the takes learned from, and errors."""
+    """Shares of the takes learned from, and errors; only of all where half is too few."""
     more_would_help: bool
     """Whether all takes gave a lower error than half of them."""
     perceptions: Mapping[str, float]
@@ -138,6 +138,8 @@ class Tuning:
         return "Smooth and Exact came out alike on these takes."
 
     def _more(self) -> str:
+        if len(self.learning) < 2:
+            return ""
         (_, half), (_, whole) = self.learning[0], self.learning[-1]
         if self.more_would_help:
             return (

@@ -162,7 +162,7 @@ def test_conflicts_are_looked_for_among_the_takes_learned_from_only(
     by_take = trial.held_out.by_take
     assert by_take[1] > 2 * by_take[4]
     for held, used in zip(
-        examiner.folds, (examiner._used(0.3, fold) for fold in range(4)), strict=True
+        examiner.folds, (examiner._used(0.3, fold, None) for fold in range(4)), strict=True
     ):
         assert used is not None
         assert not used[held].any()
@@ -254,3 +254,24 @@ def test_takes_are_held_out_whole(rng: np.random.Generator) -> None:
     pairs = shown(rng, smooth, takes=7)
     for held in take_folds(pairs.takes):
         assert not set(pairs.takes[held]) & set(pairs.takes[~held])
+
+
+@pytest.mark.parametrize(
+    ("sizes", "threshold"), [((22, 22, 18), None), ((200, 200, 6), None), ((60, 60, 60), 0.3)]
+)
+def test_takes_too_few_or_too_short_to_be_halved_are_tuned_all_the_same(
+    rng: np.random.Generator, scene: Scene, sizes: tuple[int, ...], threshold: float | None
+) -> None:
+    whole = shown(rng, smooth, takes=3, each=max(sizes))
+    pairs = whole.keep(whole.steps < np.repeat(sizes, max(sizes)))
+    report = tune(pairs, scene, "local-linear", threshold=threshold)
+    halved = threshold is not None
+    assert len(report.learning) == 1 + halved
+    assert any("half of them" in sentence for sentence in report.sentences) == halved
+
+
+def test_a_learner_that_needs_more_pairs_than_there_are_says_so(
+    rng: np.random.Generator, scene: Scene
+) -> None:
+    with pytest.raises(InvalidInputError, match="only 15 pairs to learn from, and at least 40"):
+        tune(shown(rng, smooth, takes=2, each=15), scene, "local-linear")
