@@ -52,8 +52,11 @@ def test_sixty_seconds_without_drift(
     steps = last["steps"] - first["steps"]
     assert steps * dt_s > SECONDS - 1.0
     # Told by the stage itself, and measured from outside: each tells within a step of the other.
+    # One telling may reach us late; of a quarter of them the promptest shows how the clock stands.
     assert last["drift_s"] < dt_s
-    assert abs((ended - began) - steps * dt_s) < 2 * dt_s
+    behind = [at - status["steps"] * dt_s for at, status in seen]
+    quarter = len(seen) // 4
+    assert abs(min(behind[-quarter:]) - min(behind[:quarter])) < 2 * dt_s
     assert last["late_steps"] == stage.status()["late_steps"]
     shown = page.locator("#late").text_content()
     print(f"{steps} steps in {ended - began:.3f} s, {last['late_steps']} late; page: {shown!r}")
