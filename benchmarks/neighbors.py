@@ -48,6 +48,8 @@ from evastudio.world.spaces import Array
 K = 5
 BATCH = 10_000
 LEAF_SIZES = (8, 16, 32)
+SETTLE_S = 0.1
+"""Before each turn: threads of OpenMP go on spinning after their work, into the other's turn."""
 SIZES = (10_000, 100_000, 1_000_000, 10_000_000)
 BLOCK = 65_536
 FIRST = """
@@ -100,6 +102,7 @@ def compare(
     spent: tuple[list[Any], list[Any]] = ([], [])
     for repeat in range(repeats):
         for side, work, count in zip(spent, (ours, theirs), counts, strict=True):
+            time.sleep(SETTLE_S)
             cpu, wall, _ = timed(lambda work=work, repeat=repeat: work(repeat))
             side.append((cpu / count, wall / count))
     (a, b), (c, d) = (zip(*side, strict=True) for side in spent)
