@@ -23,10 +23,10 @@ IS = 0.98
 """And is the action itself where it shares this much with that: nobody answers so exactly."""
 
 
-def find_copies(pairs: Pairs, state: Sequence[str], action: Sequence[str]) -> Finding:
+def find_copies(pairs: Pairs, state: Sequence[str]) -> Finding:
     """Which components of the state repeat a component of the action.
 
-    `state` and `action` are their names. The measure is the largest share of variance.
+    `state` names the former. The measure is the largest share of variance.
     """
     before = np.flatnonzero((np.diff(pairs.takes) == 0) & (np.diff(pairs.steps) == 1))
     states = pairs.states[before + 1]

@@ -21,8 +21,9 @@ from scipy.stats import ttest_1samp
 from evastudio.demonstrations.pairs import Pairs, answered_pairs
 from evastudio.errors import InvalidInputError
 from evastudio.learning.foretelling import foretold
-from evastudio.learning.holdout import take_folds
-from evastudio.world.spaces import Array
+from evastudio.learning.holdout import some_takes, take_folds
+from evastudio.learning.scaling import Scaling
+from evastudio.world.spaces import Array, finite_rows
 
 Asked = float | Literal["auto", "off"]
 """Which delay to take out: what is estimated where it helps, none, or so many seconds."""
@@ -39,7 +40,11 @@ CHANCE = 0.05
 recordings of slowly changing noise answered at once or not at all, one was found."""
 WORTHWHILE = 0.02
 """Share of the squared error that must be gained: less is not worth changing the pairs for."""
+STILL = 1e-9
+"""Actions that a constant foretells to this share of their spread never change: no delay shows."""
 RESAMPLES = 500
+MOST_PAIRS = 100_000
+"""Of more pairs, every second, third, ... take is looked at, to bound memory."""
 
 
 @dataclass(frozen=True)
@@ -107,33 +112,39 @@ def estimate_delay(
     `pairs_at(d)` gives the pairs with a delay of d steps taken out, by take and step in the same
     order for every d. Every delay is judged on the actions that all of them have. `seed` decides
     the draws behind the interval.
-    Raises InvalidInputError for a step that is not above 0.
+    Raises InvalidInputError for a step that is not above 0, NaN and infinities.
     """
     if not (np.isfinite(dt_s) and dt_s > 0.0):
         raise InvalidInputError(f"The decision step is {dt_s} s; it must be more than 0.")
     most = int((longest_s + BEYOND_S) / dt_s + 1e-9)
     lags = np.unique(np.rint(np.linspace(0, most, min(most + 1, MOST_LAGS))).astype(np.int64))
-    paired = _of_same_actions([pairs_at(int(lag)) for lag in lags], most)
+    looked_at = some_takes(pairs_at(0).takes, MOST_PAIRS)
+    paired = _of_same_actions([_of_takes(pairs_at(int(lag)), looked_at) for lag in lags], most)
     takes = paired[0].takes
     names, take_of, sizes = np.unique(takes, return_inverse=True, return_counts=True)
     if len(names) < 2 or len(lags) < 3:
         return Delay(0.0, 0.0, 0.0, 0, 0.0, 1.0, len(names), (), ())
     folds = take_folds(takes)
-    spread = paired[0].actions.std(axis=0)
-    unit = np.where(spread > 0.0, spread, 1.0)
+    for pairs in paired:
+        finite_rows(pairs.states, pairs.states.shape[1], "states")
+    finite_rows(paired[0].actions, paired[0].actions.shape[1], "actions")
+    unit = Scaling.of(paired[0].actions).scale
     wrong = [foretold(pairs.states, pairs.actions, folds, unit) for pairs in paired]
     by_take = np.array([np.bincount(take_of, row) / sizes for row in wrong])
     errors = by_take @ sizes / len(takes)
     within = int((lags * dt_s <= longest_s + 1e-9).sum())
-    best = _smallest_as_good(by_take[:within], errors[:within])
+    nothing = np.empty((len(takes), 0))
+    constant = np.bincount(take_of, foretold(nothing, paired[0].actions, folds, unit)) / sizes
+    best = 0
+    if constant.max() > STILL:
+        best = _smallest_as_good(by_take[:within], errors[:within])
     steps = _vertex(lags, errors, best)
     drawn = np.random.default_rng(seed).choice(len(names), (RESAMPLES, len(names)))
-    curves = (by_take * sizes).T[drawn].sum(axis=1) / sizes[drawn].sum(axis=1)[:, None]
+    often = np.stack([np.bincount(draw, minlength=len(names)) for draw in drawn])
+    curves = often @ (by_take * sizes).T / (often @ sizes)[:, None]
     found = [_vertex(lags, curve, int(curve[:within].argmin())) for curve in curves]
     low, high = np.quantile(found, (0.025, 0.975))
     # A real delay is a valley: none, a longer one and a mere constant all tell less.
-    nothing = np.empty((len(takes), 0))
-    constant = np.bincount(take_of, foretold(nothing, paired[0].actions, folds, unit)) / sizes
     gain = float(1.0 - errors[best] / errors[0]) if errors[0] > 0.0 else 0.0
     longer = best + int(errors[best:].argmax())
     chance = max(
@@ -202,8 +213,15 @@ def in_order(states: Array, actions: Array, takes: NDArray[np.int64]) -> Pairs:
         steps[rows] = np.arange(rows.sum())
     actions = np.asarray(actions, dtype=np.float64)
     return Pairs(
-        np.asarray(states, dtype=np.float64), actions.reshape(len(takes), -1), takes, steps
+        np.asarray(states, dtype=np.float64),
+        actions[:, None] if actions.ndim == 1 else actions,
+        takes,
+        steps,
     )
+
+
+def _of_takes(pairs: Pairs, takes: NDArray[np.int64]) -> Pairs:
+    return pairs.keep(np.isin(pairs.takes, takes))
 
 
 def _of_same_actions(paired: list[Pairs], step: int) -> list[Pairs]:

@@ -8,7 +8,7 @@ from evastudio.demonstrations.pairs import Pairs
 from evastudio.learning.copying import find_copies
 from evastudio.learning.coverage import find_thin
 from evastudio.learning.finding import Finding
-from evastudio.learning.holdout import Mask, take_folds
+from evastudio.learning.holdout import Mask, some_takes, take_folds
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.scaling import Scaling
 from evastudio.learning.unexplained import constant_error, find_ambiguous, find_hidden
@@ -19,22 +19,19 @@ MOST_PAIRS = 30_000
 """Of more pairs, every second, third, ... take is looked at."""
 
 
-def diagnose(pairs: Pairs, state: Box, action: tuple[str, ...], dt_s: float) -> list[Finding]:
+def diagnose(pairs: Pairs, state: Box, dt_s: float) -> list[Finding]:
     """Every finding about `pairs`, worst first among those where something was found.
 
-    The reaction delay should have been taken out. `state` describes the states, `action` names
-    the components of the actions. With fewer than two takes only copies can be looked for.
+    The reaction delay should have been taken out. `state` describes the states. With fewer than
+    two takes only copies can be looked for.
     """
     names = np.unique(pairs.takes)
-    every = -(-len(pairs) // MOST_PAIRS)
-    if every > 1 and len(names) > 2 * every:
-        pairs = pairs.keep(np.isin(pairs.takes, names[::every]))
-    copies = find_copies(pairs, state.names, action)
+    pairs = pairs.keep(np.isin(pairs.takes, some_takes(pairs.takes, MOST_PAIRS)))
+    copies = find_copies(pairs, state.names)
     if len(names) < 2:
         return [copies]
     folds = take_folds(pairs.takes)
-    spread = pairs.actions.std(axis=0)
-    unit = np.where(spread > 0.0, spread, 1.0)
+    unit = Scaling.of(pairs.actions).scale
     constant = constant_error(pairs.actions, folds, unit)
     nearest, left = _of_other_takes(pairs, folds, unit)
     hidden = find_hidden(pairs, left, constant, folds, unit)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from sklearn.base import clone, is_classifier
 
 from evastudio.errors import InvalidInputError
+from evastudio.learning.scaling import Scaling
 from evastudio.world.spaces import Array
 
 Mask = NDArray[np.bool_]
@@ -53,6 +54,16 @@ def take_folds(takes: NDArray[np.int64], count: int = FOLDS) -> tuple[Mask, ...]
     return tuple(np.isin(takes, group) for group in groups)
 
 
+def some_takes(takes: NDArray[np.int64], most: int) -> NDArray[np.int64]:
+    """Every take, or every second, third, ... so that they have about `most` pairs together.
+
+    `takes` (pairs,). All of them where so few would be left that one tells little.
+    """
+    names = np.unique(takes)
+    every = -(-len(takes) // most)
+    return names[::every] if every > 1 and len(names) > 2 * every else names
+
+
 def answers(
     learner: Any, states: Array, actions: Array, held: Mask, used: Mask | None = None
 ) -> Array:
@@ -75,14 +86,16 @@ def mistakes(
     where the wrong one was given.
     """
     given = answers(learner, states, actions, held, used)
-    return judged(given, actions[held], None if is_classifier(learner) else actions.std(axis=0))
+    return judged(
+        given, actions[held], None if is_classifier(learner) else Scaling.of(actions).scale
+    )
 
 
 def judged(given: Array, wanted: Array, spread: Array | None) -> Array:
     """The mistake of each row of `given`, as `mistakes`; there is no `spread` of symbols."""
     if spread is None:
         return np.asarray((given != wanted).reshape(len(wanted), -1).any(axis=1), dtype=np.float64)
-    apart = (given - wanted) / np.where(spread > 0.0, spread, 1.0)
+    apart = (given - wanted) / spread
     return np.asarray((apart.reshape(len(wanted), -1) ** 2).mean(axis=1))
 
 

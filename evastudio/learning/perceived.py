@@ -13,6 +13,7 @@ from sklearn.base import is_classifier
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.learning.candidates import Candidate
 from evastudio.learning.holdout import answers, judged
+from evastudio.learning.scaling import Scaling
 from evastudio.learning.trials import Examiner, Trial
 from evastudio.world.scene import Perception
 from evastudio.world.snapshot import AnyArray
@@ -54,7 +55,7 @@ def compare_perceptions(
     trials = {}
     for view, answered in zip(views, given, strict=True):
         wanted = view.in_world(view.pairs.actions)
-        spread = None if is_classifier(learner) else wanted.std(axis=0)
+        spread = None if is_classifier(learner) else Scaling.of(wanted).scale
         wrong = judged(view.in_world(answered), wanted, spread)
         name = view.perception.name
         trials[name] = Trial(Candidate(name), wrong, view.pairs.takes, spread is None)

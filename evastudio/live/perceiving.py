@@ -54,8 +54,7 @@ class Seen:
 
     def findings(self, pairs: Pairs) -> list[Finding]:
         """What there is to say of `pairs` of these takes; see `diagnose`."""
-        chosen = self.scene.chosen(self.perception)
-        return diagnose(self._counted(pairs), self.perception.state, chosen.names, self.scene.dt_s)
+        return diagnose(self._counted(pairs), self.perception.state, self.scene.dt_s)
 
     def marks(self, pairs: Pairs, conflicts: Mask) -> dict[int, Mask]:
         """`conflicts` among `pairs` of these takes, by take: one bit for each recorded step.

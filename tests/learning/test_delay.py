@@ -162,3 +162,19 @@ def test_a_scripted_demonstrators_delay_is_found_through_a_perception(asteroids,
     found = estimate_delay(lambda d: join_pairs([take.pairs(d) for take in seen]), scene.dt_s)
     assert found.steps == delay_steps
     assert found.delay_s == pytest.approx(delay_steps * scene.dt_s, abs=0.07)
+
+
+def test_actions_that_never_change_show_no_delay():
+    rng = np.random.default_rng(3)
+    takes = np.repeat(np.arange(6), 100)
+    found = estimate_delay_of_arrays(wander(rng, 600, 2), np.full((600, 2), 0.3), takes, DT)
+    assert "No delay" in found.sentence()
+
+
+def test_states_that_are_no_numbers_are_refused():
+    states, actions, takes = answered_late(2, takes=3, pairs=50)
+    states[7, 1] = np.nan
+    with pytest.raises(InvalidInputError, match="states"):
+        estimate_delay_of_arrays(states, actions, takes, DT)
+    with pytest.raises(InvalidInputError, match="differ in length"):
+        estimate_delay_of_arrays(states[:90], actions, takes, DT)

@@ -36,7 +36,7 @@ def box(width):
 
 
 def found(pairs):
-    findings = diagnose(pairs, box(pairs.states.shape[1]), ("turn",), DT)
+    findings = diagnose(pairs, box(pairs.states.shape[1]), DT)
     assert {finding.name for finding in findings} == {"copies", "hidden", "ambiguous", "thin"}
     json.dumps([asdict(finding) for finding in findings])
     assert all(finding.sentence for finding in findings)
@@ -110,7 +110,7 @@ def test_a_place_that_only_one_take_went_to_is_named(rng):
 def test_one_take_is_looked_at_for_copies_only(rng):
     pairs = made(wander(rng, width=2), wander(rng))
     one = pairs.keep(pairs.takes == 0)
-    assert [finding.name for finding in diagnose(one, box(2), ("turn",), DT)] == ["copies"]
+    assert [finding.name for finding in diagnose(one, box(2), DT)] == ["copies"]
 
 
 def test_flat_states_and_actions_are_no_trouble():
@@ -137,5 +137,5 @@ def test_nothing_is_found_in_scripted_flights(asteroids, style):
     ]
     late = estimate_delay(lambda steps: join_pairs([take.pairs(steps) for take in seen]), DT)
     pairs = join_pairs([take.pairs(late.steps) for take in seen])
-    findings = diagnose(pairs, view.state, scene.action.names, scene.dt_s)
+    findings = diagnose(pairs, view.state, scene.dt_s)
     assert [finding.name for finding in findings if finding.found] == []

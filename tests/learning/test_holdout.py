@@ -4,7 +4,7 @@ from sklearn.dummy import DummyRegressor
 from sklearn.linear_model import LinearRegression
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning import KNNPolicy, VotingKNNPolicy
+from evastudio.learning import KNNPolicy, VotingKNNPolicy, holdout
 from evastudio.learning.holdout import hold_out, take_folds
 
 
@@ -74,3 +74,19 @@ def test_symbols_count_the_share_of_wrong_ones(rng):
     symbols[wrong] = 1 - symbols[wrong]
     found = hold_out(VotingKNNPolicy(k=15), states, symbols, takes)
     assert 0.1 < found.error < 0.45
+
+
+def test_a_component_that_never_changes_is_not_judged_by_rounding(rng):
+    states = rng.normal(size=(60, 2))
+    actions = np.stack([states[:, 0], np.full(60, 0.3)], axis=1)
+    takes = np.repeat([0, 1, 2], 20)
+    with_it = hold_out(KNNPolicy(k=3), states, actions, takes).error
+    alone = hold_out(KNNPolicy(k=3), states, actions[:, 0], takes).error
+    assert with_it == pytest.approx(alone / np.sqrt(2))
+
+
+def test_of_very_many_pairs_every_so_many_takes_are_looked_at():
+    takes = np.repeat(np.arange(12), 100)
+    assert holdout.some_takes(takes, 1200).tolist() == list(range(12))
+    assert holdout.some_takes(takes, 400).tolist() == [0, 3, 6, 9]
+    assert len(holdout.some_takes(takes, 100)) == 12  # one take alone would tell little
