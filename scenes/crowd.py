@@ -39,7 +39,7 @@ from evastudio.motion.figures import Activity, Figures, Moment
 from evastudio.motion.shapes import LOOKS
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.cast import of_lead
-from evastudio.world.scene import Control, Option, Percept, Perception, Scene
+from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Signal
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Symbols
 
@@ -106,6 +106,7 @@ class Crowd(Scene):
         ),
         Control("walk", "walk on", (), ("KeyW", "ArrowUp"), 0.0, True),
     )
+    signals = (Signal("drop", "let the boulder fall", "KeyB", "drop", ("drop_x", "drop_y")),)
     action = Box(
         (
             Field("turn", "1", -1.0, 1.0),

@@ -54,6 +54,12 @@ class PerceptionOut(BaseModel):
     state: list[FieldOut]
 
 
+class SignalOut(BaseModel):
+    name: str
+    label: str
+    key: str
+
+
 class SceneOut(BaseModel):
     name: str
     title: str
@@ -63,6 +69,7 @@ class SceneOut(BaseModel):
     successes: list[str]
     options: list[OptionOut]
     controls: list[ControlOut]
+    signals: list[SignalOut]
     action: list[FieldOut]
     """In the world's frame; empty where that is one of a set of symbols."""
     symbols: list[str]
@@ -187,15 +194,31 @@ class StageOut(BaseModel):
     """Path of the websocket that takes keys and commands and tells the status."""
 
 
+FromMiddle = Annotated[float, Field(ge=-1, le=1)]
+
+
 class CommandIn(Model):
     """What a person does on a stage."""
 
     name: Literal[
-        "demonstrate", "pause", "resume", "restart", "discard", "undo", "play", "stop", "session"
+        "demonstrate",
+        "pause",
+        "resume",
+        "restart",
+        "discard",
+        "undo",
+        "play",
+        "stop",
+        "session",
+        "signal",
     ]
     policy: Name | None = None
     options: dict[str, float] | None = None
     session: int | None = None
+    signal: Name | None = None
+    """Of the scene's signals, the one to give."""
+    pointer: tuple[FromMiddle, FromMiddle, Annotated[float, Field(gt=0, le=100)]] | None = None
+    """Where in the view it is meant: across and up, from -1 to 1, and its width over its height."""
 
 
 class KeysIn(Model):

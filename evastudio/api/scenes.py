@@ -7,7 +7,15 @@ import math
 from fastapi import APIRouter
 
 from evastudio.api.context import Studio
-from evastudio.api.models import ControlOut, FieldOut, OptionOut, Page, PerceptionOut, SceneOut
+from evastudio.api.models import (
+    ControlOut,
+    FieldOut,
+    OptionOut,
+    Page,
+    PerceptionOut,
+    SceneOut,
+    SignalOut,
+)
 from evastudio.live.headless import make_scene, scenes
 from evastudio.world.scene import Scene
 from evastudio.world.spaces import Box, Symbols
@@ -45,6 +53,10 @@ def _scene(scene: Scene) -> SceneOut:
                 positive=control.positive,
             )
             for control in scene.controls
+        ],
+        signals=[
+            SignalOut(name=signal.name, label=signal.label, key=signal.key)
+            for signal in scene.signals
         ],
         action=_fields(scene.action) if isinstance(scene.action, Box) else [],
         symbols=list(chosen.names) if isinstance(chosen, Symbols) else [],

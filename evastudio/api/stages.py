@@ -217,6 +217,10 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
             stage.play(command.policy, command.options)
         case "session":
             stage.choose_session(command.session)
+        case "signal":
+            if command.signal is None:
+                raise InvalidInputError("No signal was named; choose one of the scene's.")
+            stage.signal(command.signal, command.pointer)
         case "pause":
             stage.pause()
         case "resume":

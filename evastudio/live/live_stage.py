@@ -153,6 +153,10 @@ class LiveStage:
     def resume(self) -> None:
         self.call(lambda: self._stage.resume(time.monotonic()))
 
+    def signal(self, name: str, pointer: tuple[float, float, float] | None = None) -> None:
+        """See `Stage.signal`."""
+        self.call(lambda: self._stage.signal(name, pointer))
+
     def stop(self) -> None:
         self.call(lambda: self._stage.stop(time.time()))
         self.refresh()

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from evastudio.demonstrations.recorder import Recorder
-from evastudio.errors import ConflictError
+from evastudio.errors import ConflictError, not_found
+from evastudio.live.aim import ground_at
 from evastudio.live.inputs import HeldKeys
 from evastudio.world.cast import for_all, of_lead
 from evastudio.world.rollout import Memory, Pilot
@@ -132,6 +133,31 @@ class Stage:
             self._countdown_ends += now - self._paused_at
             self._start_clock(now)
 
+    def signal(self, name: str, pointer: tuple[float, float, float] | None = None) -> None:
+        """Do what the scene's signal of that name does, with the next decision.
+
+        `pointer` is where in the view it is meant: across and up, each from -1 to 1, and the
+        view's width over its height; the middle of the view where it is None. Raises NotFoundError
+        for a signal that the scene has not, ConflictError while nothing moves, InvalidInputError
+        where the pointer is not at the ground.
+        """
+        known = {signal.name: signal for signal in self.scene.signals}
+        if name not in known:
+            raise not_found(f"signal of scene {self.scene.name!r}", name, known)
+        if not self._running:
+            raise ConflictError("Nothing moves at the moment. Demonstrate or play first.")
+        found = known[name]
+        fields = self.scene.action.names
+        meant = {
+            fields.index(found.field): float(self.scene.action.high[fields.index(found.field)])
+        }
+        if found.place is not None:
+            place = ground_at(self.scene.camera(self._after), *(pointer or (0.0, 0.0, 1.0)))
+            meant |= {
+                fields.index(field): value for field, value in zip(found.place, place, strict=True)
+            }
+        self._signalled |= meant
+
     def discard(self, wall: float) -> bool:
         """Throw away the running take, or the last one; whether there was one.
 
@@ -232,6 +258,7 @@ class Stage:
         self._fresh = True
         self._steps_here = 0
         self._pilot, self._memory = None, {}
+        self._signalled: dict[int, float] = {}
 
     def _rest(self) -> None:
         self.phase, self.mode = Phase.READY, None
@@ -256,6 +283,11 @@ class Stage:
             actions = for_all(self.scene, self._after, keys)
         sound = self.scene.action.check(actions.reshape(-1, actions.shape[-1]), "actions chosen")
         actions = self.scene.action.clip(sound).reshape(actions.shape)
+        if self._signalled:
+            own = of_lead(self._after, actions).copy()
+            own[:, list(self._signalled)] = list(self._signalled.values())
+            own, self._signalled = self.scene.action.clip(own), {}
+            actions = for_all(self.scene, self._after, own, others=actions)
         if self.phase is Phase.RECORDING and self.recorder is not None:
             states = of_lead(self._after, self.scene.perception().perceive(self._after).states)
             self.recorder.add(states, actions, self._after)

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from evastudio.world.bodies import Color, Look
+from evastudio.world.bodies import FIELD_OF_VIEW, Color, Look
 
 BACKDROP = (180, 320)
 """Rows and columns of the backdrop, which the client stretches over the window."""
@@ -32,7 +32,7 @@ def set_air(server: viser.ViserServer, look: Look) -> None:
     scene.set_background_image(backdrop(look.background), format="png")
     server.initial_camera.near = 0.1
     server.initial_camera.far = look.fog_far + 10.0
-    server.initial_camera.fov = float(np.radians(60.0))
+    server.initial_camera.fov = float(FIELD_OF_VIEW)
 
 
 def linear(color: Color) -> tuple[float, float, float]:

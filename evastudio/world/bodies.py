@@ -50,6 +50,10 @@ class Body:
     """Shape (N, 3), sRGB, in place of the mesh's colour; not for a mesh that glows."""
 
 
+FIELD_OF_VIEW = np.radians(60.0)
+"""Of every view, from its lower to its upper edge."""
+
+
 @dataclass(frozen=True)
 class Camera:
     """Where a view is seen from."""

@@ -64,6 +64,9 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
         fields = set(scene.action.names)
         for control in scene.controls:
             _need(control.field in fields, f"control {control.label!r} moves no action field")
+        for signal in scene.signals:
+            moved = {signal.field, *(signal.place or ())}
+            _need(moved <= fields, f"signal {signal.label!r} sets no action field")
         bounded = np.isfinite(scene.action.low).all() and np.isfinite(scene.action.high).all()
         _need(bool(bounded), "every action field needs finite bounds")
 

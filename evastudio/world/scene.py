@@ -54,6 +54,24 @@ class Control:
 
 
 @dataclass(frozen=True)
+class Signal:
+    """What an animator does to a world besides guiding the character: let a boulder fall.
+
+    It is part of the lead's next action, so that takes hold it and replay with it.
+    """
+
+    name: str
+    label: str
+    """What a person reads: 'let the boulder fall'."""
+    key: str
+    """Keyboard code that gives it."""
+    field: str
+    """Component of the action that is then at its highest."""
+    place: tuple[str, str] | None = None
+    """Components that take where on the ground it is meant, x and y; None where it has no place."""
+
+
+@dataclass(frozen=True)
 class Percept:
     """What a batch of characters perceives."""
 
@@ -118,6 +136,7 @@ class Scene(ABC):
     """The outcomes that end a world well."""
     options: ClassVar[tuple[Option, ...]] = ()
     controls: ClassVar[tuple[Control, ...]] = ()
+    signals: ClassVar[tuple[Signal, ...]] = ()
     action: Space
     """What the character can do, in the world's frame: real numbers or symbols."""
     perceptions: Mapping[str, Perception]

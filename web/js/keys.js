@@ -6,8 +6,8 @@
  * not taken goes to whoever had the press.
  */
 
-/** What a key does: steer the character, give a command, or nothing here. */
-/** @typedef {{kind: "hold"} | {kind: "command", name: string} | {kind: "swallow"} | null} Meaning */
+/** What a key does: steer the character, give a command or a signal, or nothing here. */
+/** @typedef {{kind: "hold"} | {kind: "command" | "signal", name: string} | {kind: "swallow"} | null} Meaning */
 
 const TYPED = /^(text|search|email|url|tel|password|number)$/;
 
@@ -30,11 +30,13 @@ export class Keys {
    * @param {(event: KeyboardEvent, onControl: boolean) => Meaning} meaning
    * @param {(held: string[], timeMs: number) => void} tell
    * @param {(name: string) => void} command
+   * @param {(name: string) => void} signal
    */
-  constructor(meaning, tell, command) {
+  constructor(meaning, tell, command, signal) {
     this.meaning = meaning;
     this.tell = tell;
     this.command = command;
+    this.signal = signal;
     /** @type {Set<string>} Keys that steer, held now. */
     this.held = new Set();
     /** @type {Set<string>} Keys whose press was taken, and so is their release. */
@@ -82,6 +84,7 @@ export class Keys {
     this.taken.add(event.code);
     if (event.repeat) return;
     if (meaning.kind === "command") this.command(meaning.name);
+    if (meaning.kind === "signal") this.signal(meaning.name);
     if (meaning.kind === "hold" && !this.held.has(event.code)) {
       this.held.add(event.code);
       this.tell([...this.held], timeOf(event));

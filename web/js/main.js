@@ -12,6 +12,7 @@ import { session } from "./needs.js";
 import { attempt, notify } from "./notices.js";
 import { options } from "./options.js";
 import { defaultPolicy, policies } from "./policies.js";
+import { Pointer } from "./pointer.js";
 import { sessions } from "./sessions.js";
 import { steps } from "./steps.js";
 import { Store } from "./store.js";
@@ -144,6 +145,7 @@ async function reload(policy = store.state.policy) {
 // -- the person ----------------------------------------------------------------------------------
 
 let sequence = 0;
+const pointer = new Pointer(view);
 const keys = new Keys(
   (event, onControl) => meaningOf(store.state, event, onControl),
   (held, timeMs) => {
@@ -151,6 +153,7 @@ const keys = new Keys(
     link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence });
   },
   (name) => link.command(name),
+  (signal) => link.command("signal", { signal, pointer: pointer.place() }),
 );
 keys.attachFrame(view);
 store.watch(({ status }) => {

@@ -27,6 +27,9 @@ export function meaningOf(state, event, onControl) {
   if (steers && demonstrating) return { kind: "hold" };
   if (steers && acting) return { kind: "swallow" };
 
+  const signal = scene.signals.find(({ key }) => key === event.code);
+  if (signal && acting) return { kind: "signal", name: signal.name };
+
   switch (event.code) {
     case "Space":
       if (!acting || (onControl && !demonstrating)) return null;
