@@ -87,14 +87,15 @@ class Delay:
             return "Your reaction time was not measured: that needs at least two takes."
         if not self.lags_s:
             return "Your reaction time was not measured: decisions are too far apart in time."
+        late = f"{self.delay_s:.{1 if self.delay_s >= 0.05 else 2}f}"
         if self.helps:
             return (
-                f"You answered about {self.delay_s:.1f} s late; the policy does not. On takes it "
+                f"You answered about {late} s late; the policy does not. On takes it "
                 f"had not seen, that foretells your moves {100 * self.gain:.0f} % better."
             )
         if self.delay_s > 0.0:
             return (
-                f"You may have answered about {self.delay_s:.1f} s late, but the takes do not "
+                f"You may have answered about {late} s late, but the takes do not "
                 "agree enough to take it out. More takes will tell."
             )
         return "No delay was found between what you saw and what you did."

@@ -40,8 +40,11 @@ def compare_perceptions(
     """Trials of `learner` under each of `views`, on the folds of `examiner`.
 
     Each perception turns actions into a frame of its own, where some look easier than others; so
-    decisions are turned back, and mistakes are those in the world. Nothing where there is but one.
+    decisions are turned back, and mistakes are those in the world. Views of other moments than the
+    first, where a perception is not about all of a take, cannot be compared. Nothing where there is
+    but one.
     """
+    views = [view for view in views if _of_same_moments(view.pairs, views[0].pairs)]
     if len(views) < 2:
         return {}
     tasks = [(view, held) for view in views for held in examiner.folds]
@@ -60,6 +63,10 @@ def compare_perceptions(
         name = view.perception.name
         trials[name] = Trial(Candidate(name), wrong, view.pairs.takes, spread is None)
     return trials
+
+
+def _of_same_moments(one: Pairs, other: Pairs) -> bool:
+    return np.array_equal(one.takes, other.takes) and np.array_equal(one.steps, other.steps)
 
 
 def _answers(learner: Any, view: Perceived, held: Any) -> Array:

@@ -113,7 +113,7 @@ class Examiner:
             row, fold = divmod(number, len(self.folds))
             wrong[row, self.folds[fold]] = part
             if fold == len(self.folds) - 1:
-                self.progress((row + 1) / len(made), f"Trying {candidates[row]}")
+                self.progress((row + 1) / len(made), "Trying ways to learn")
         return [
             Trial(candidate, wrong[row], self.pairs.takes, is_classifier(made[row]))
             for row, candidate in enumerate(candidates)

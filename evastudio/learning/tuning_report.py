@@ -10,11 +10,12 @@ from evastudio.learning.candidates import Candidate
 from evastudio.learning.trials import Trial
 
 NAMES: Mapping[str, str] = {
-    "svr": "Smooth (SVR)",
-    "knn": "Exact (k-NN)",
-    "local-linear": "Local linear",
-    "voting": "Voting k-NN",
+    "svr": "Smooth",
+    "knn": "Exact",
+    "local-linear": "Local lines",
+    "voting": "Majority",
 }
+"""By learner, as the page says them: without the names of methods."""
 FEW = 4
 """Takes below which a report says that they are few."""
 

@@ -178,3 +178,8 @@ def test_states_that_are_no_numbers_are_refused():
         estimate_delay_of_arrays(states, actions, takes, DT)
     with pytest.raises(InvalidInputError, match="differ in length"):
         estimate_delay_of_arrays(states[:90], actions, takes, DT)
+
+
+def test_a_delay_of_less_than_a_tenth_of_a_second_is_not_told_as_none():
+    found = estimate_delay_of_arrays(*answered_late(1), 0.02, longest_s=0.1)
+    assert "about 0.02 s late" in found.sentence()

@@ -233,6 +233,8 @@ def test_another_perception_is_named_where_it_tells_more(
     report = tune(pairs, scene, "knn", views=views)
     assert report.better_perception is None
     assert list(report.perceptions) == ["clear", "turned"]
+    part = Perceived(Turned(), turned.keep(turned.steps > 3), sign[turned.steps > 3])
+    assert tune(pairs, scene, "knn", views=[views[0], part]).perceptions == {}
 
 
 def test_symbols_are_judged_by_the_share_of_wrong_ones(rng: np.random.Generator) -> None:
