@@ -33,8 +33,10 @@ MOST_S = 2.0
 """No longer delay can be asked for."""
 BEYOND_S = 0.2
 """Longer delays are tried too, to see that they tell less."""
-MOST_LAGS = 13
-"""So many delays are tried at most, evenly spread."""
+MOST_LAGS = 25
+"""So many delays are tried at most, evenly spread: every step of 15 a second, every other of 30."""
+UNLIKELY = 0.2
+"""A delay is not even spoken of where luck alone would show one like it more often than this."""
 CHANCE = 0.05
 """A delay counts as real where luck alone would show one like it less often than this. In 600
 recordings of slowly changing noise answered at once or not at all, one was found."""
@@ -93,7 +95,7 @@ class Delay:
                 f"You answered about {late} s late; the policy does not. On takes it "
                 f"had not seen, that foretells your moves {100 * self.gain:.0f} % better."
             )
-        if self.delay_s > 0.0:
+        if self.delay_s > 0.0 and self.chance < UNLIKELY:
             return (
                 f"You may have answered about {late} s late, but the takes do not "
                 "agree enough to take it out. More takes will tell."
@@ -118,7 +120,7 @@ def estimate_delay(
     if not (np.isfinite(dt_s) and dt_s > 0.0):
         raise InvalidInputError(f"The decision step is {dt_s} s; it must be more than 0.")
     most = int((longest_s + BEYOND_S) / dt_s + 1e-9)
-    lags = np.unique(np.rint(np.linspace(0, most, min(most + 1, MOST_LAGS))).astype(np.int64))
+    lags = np.arange(0, most + 1, max(1, -(-most // (MOST_LAGS - 1))))
     looked_at = some_takes(pairs_at(0).takes, MOST_PAIRS)
     paired = _of_same_actions([_of_takes(pairs_at(int(lag)), looked_at) for lag in lags], most)
     takes = paired[0].takes
@@ -143,7 +145,10 @@ def estimate_delay(
     drawn = np.random.default_rng(seed).choice(len(names), (RESAMPLES, len(names)))
     often = np.stack([np.bincount(draw, minlength=len(names)) for draw in drawn])
     curves = often @ (by_take * sizes).T / (often @ sizes)[:, None]
-    found = [_vertex(lags, curve, int(curve[:within].argmin())) for curve in curves]
+    found = [
+        _vertex(lags, curve, _smallest_as_good(by_take[:within, draw], curve[:within]))
+        for curve, draw in zip(curves, drawn, strict=True)
+    ]
     low, high = np.quantile(found, (0.025, 0.975))
     # A real delay is a valley: none, a longer one and a mere constant all tell less.
     gain = float(1.0 - errors[best] / errors[0]) if errors[0] > 0.0 else 0.0

@@ -62,7 +62,19 @@ class Trial:
     @cached_property
     def typical(self) -> float:
         """The mean size of a mistake: single large ones, a demonstrator's slips, move it little."""
-        return float(np.sqrt(self.wrong).mean())
+        return self.typical_without(None)
+
+    def typical_without(self, left_out: int | None) -> float:
+        """The same where the take `left_out` does not count."""
+        names, sizes, _ = self.sums
+        counted = names != left_out
+        return float(self._lengths[counted].sum() / sizes[counted].sum())
+
+    @cached_property
+    def _lengths(self) -> Array:
+        """The sum of the sizes of each take's mistakes, (takes,)."""
+        at = np.unique(self.takes, return_inverse=True)[1]
+        return np.asarray(np.bincount(at, np.sqrt(self.wrong)), dtype=np.float64)
 
 
 class Examiner:
@@ -187,7 +199,7 @@ def is_better(before: Trial, after: Trial, left_out: int | None = None) -> bool:
     """
     mean, error = gain(before, after, left_out)
     least = (1.0 - (1.0 - MARGIN) ** (1.0 if before.symbols else 2.0)) * before.mean(left_out)
-    if mean <= least or after.typical > before.typical:
+    if mean <= least or after.typical_without(left_out) > before.typical_without(left_out):
         return False
     takes = len(before.sums[0]) - (left_out is not None)
     return takes > 1 and mean > float(student.ppf(CONFIDENCE, takes - 1)) * error

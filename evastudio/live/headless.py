@@ -48,6 +48,8 @@ from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
 MAX_MINUTES = 10_000.0
+TUNING_SHARE = 0.8
+"""Of the work of a fit whose settings are chosen first."""
 
 
 def scenes(workspace: Workspace) -> list[type[Scene]]:
@@ -242,12 +244,18 @@ def fit(
     tuning = found = None
     if learner == AUTO:
         tuning = tune_session(
-            workspace, chosen, perception=perception, delay=delay, progress=progress
+            workspace,
+            chosen,
+            perception=perception,
+            delay=delay,
+            progress=lambda share, doing: progress(TUNING_SHARE * share, doing),
         )
         learner, settings = tuning.chosen.learner, tuning.chosen.settings
         if cleaning is None and tuning.chosen.threshold is not None:
             found = clean_pairs(pairs, scene, perception, threshold=tuning.chosen.threshold)
             cleaning = {"neighbors": N_NEIGHBORS, **found.report()}
+    told = [finding.sentence for finding in seen.findings(pairs) if finding.found]
+    begins = 0.2 if tuning is None else TUNING_SHARE
     policy = fit_policy(
         pairs,
         scene,
@@ -259,9 +267,8 @@ def fit(
         takes=[take.take for take in seen.takes],
         made_by=" && ".join(steps),
         created=datetime.fromtimestamp(clock(), UTC).isoformat(timespec="seconds"),
-        progress=silent if tuning else lambda share, doing: progress(0.2 + 0.75 * share, doing),
+        progress=lambda share, doing: progress(begins + (0.95 - begins) * share, doing),
     )
-    told = [finding.sentence for finding in seen.findings(pairs) if finding.found]
     policy = replace(
         policy,
         cleaning=cleaning,

@@ -47,7 +47,7 @@ def tune_session(
 ) -> Tuning:
     """The report on a session, the reaction delay taken out as in `fit`.
 
-    Where the session has been cleaned, all is tried cleaned in the same way.
+    Where the session has been cleaned, all is tried cleaned by the same threshold and neighbours.
     """
     progress(0.0, "Reading the takes")
     place = find_scene(session.scene, workspace.scene_folders)()
