@@ -20,9 +20,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-from crossing import MINUTES, ROOT, SHOWN_AT, commit, demonstrate, processor, scene_at
 from numpy.typing import NDArray
 
+from benchmarks.crossing import MINUTES, SHOWN_AT, demonstrate, scene_at
+from benchmarks.report import ROOT, commit, processor
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.learning.cleaning import N_NEIGHBORS, clean_pairs
 from evastudio.learning.compiled import ensure_compiled
@@ -146,7 +147,7 @@ def shown(values: list[tuple[float, float]]) -> str:
 
 def report(sets: tuple[int, ...]) -> str:
     """Everything measured, in Markdown."""
-    began, at = time.monotonic(), commit()
+    began, at = time.monotonic(), commit("evastudio/learning", "benchmarks")
     scene = scene_at(SHOWN_AT)
     pilots = demonstrators()
     flown = {

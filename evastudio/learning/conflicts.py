@@ -27,7 +27,8 @@ of the mistakes of a human-like demonstrator are found where there are many, at 
 marked of a careful one is no mistake (demonstration sets 1 to 3)."""
 FENCE = 2.5
 """Quartile ranges above the upper quartile beyond which "auto" marks in any case; Tukey's inner and
-outer fence are 1.5 and 3. Without it few mistakes are found where there are few."""
+outer fence are 1.5 and 3. Without it few mistakes are found where there are few; at 3 recall of a
+human-like demonstrator's falls from 0.81 to 0.74."""
 POOLED = 1.5
 """How much the spread everywhere counts beside that among the neighbours; 1 to 2 do as well."""
 LEAST = 0.05
