@@ -35,10 +35,11 @@ from benchmarks.report import commit, where_and_when, write_section  # noqa: E40
 from evastudio.errors import InvalidInputError  # noqa: E402
 from evastudio.motion.body import OFFSETS, PARENTS, UPPER  # noqa: E402
 from evastudio.motion.clip import Clip  # noqa: E402
-from evastudio.motion.figures import SPEEDS, Activity, Figures, Moment  # noqa: E402
+from evastudio.motion.figures import SPEEDS, Figures  # noqa: E402
 from evastudio.motion.gait import RUNNING, gait  # noqa: E402
 from evastudio.motion.glb import Glb  # noqa: E402
 from evastudio.motion.mocap import read_mocap  # noqa: E402
+from evastudio.motion.moment import Activity, Moment  # noqa: E402
 from evastudio.motion.retarget import retargeted  # noqa: E402
 from evastudio.motion.rotations import product, rotated  # noqa: E402
 from evastudio.motion.skeleton import Skeleton  # noqa: E402

@@ -35,19 +35,29 @@ import trimesh
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
-from evastudio.motion.figures import Activity, Figures, Moment
+from evastudio.motion.figures import Figures
+from evastudio.motion.moment import Activity, Moment
 from evastudio.motion.shapes import LOOKS
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.cast import of_lead
+from evastudio.world.grid import (
+    AHEAD,
+    EIGHTH,
+    clearances,
+    eighths,
+    looked_up,
+    nearest,
+    occupied,
+    turned_back,
+    window,
+    wrapped,
+)
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Signal
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Symbols
 
 CELL = 0.7
 """Metres from cell to cell."""
-EIGHTH = np.pi / 4
-AHEAD = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)])
-"""The cell that each of the eight ways leads to."""
 RUN = 4.5
 """Metres a second of somebody who flees."""
 HASTE = 6.0
@@ -206,7 +216,7 @@ class Crowd(Scene):
             [codes == LEFT, codes == RIGHT], [EIGHTH, -EIGHTH]
         )
         facing = eighths(snapshot["heading"])
-        cells = cells_of(snapshot["position"])
+        cells = cells_of(snapshot)
         taken = occupied(cells, self.side)
         asks = codes == WALK
         target = wrapped(cells + AHEAD[facing], self.side)
@@ -300,7 +310,7 @@ class Crowd(Scene):
         haste: share of the turn away from the boulder that one makes in a decision.
         drop_s: when the lead lets the boulder fall, near by; 0 for never.
         """
-        free = clearances(snapshot, self.side)
+        free = clearances(cells_of(snapshot), eighths(snapshot["heading"]), self.side, (0, 1, -1))
         whim = np.take_along_axis(
             snapshot["whims"], (snapshot["steps"] % WHIMS)[:, None, None], axis=2
         )[:, :, 0]
@@ -445,8 +455,9 @@ class PaperState(Grid):
     )
 
     def perceive(self, snapshot: Snapshot) -> Percept:
-        offsets, seen = nearest(snapshot, self.side, AROUND)
-        facing = eighths(snapshot["heading"]) * EIGHTH
+        way = eighths(snapshot["heading"])
+        offsets, seen = nearest(cells_of(snapshot), way, self.side, AROUND, NEAREST)
+        facing = way * EIGHTH
         apart = np.where(seen[..., None], offsets, SIGHT + 1.0)
         states = np.concatenate(
             [
@@ -465,18 +476,12 @@ class Own(Grid):
     name = "own"
     summary = "The three nearest people on any side, seen from the character."
     state = Box(separations("near", "1", 1.0))
-    table = "around"
+    ahead_only = False
 
     def perceive(self, snapshot: Snapshot) -> Percept:
-        offsets, seen = nearest(
-            snapshot, self.side, AHEAD_ONLY if self.table == "ahead" else AROUND
-        )
-        facing = eighths(snapshot["heading"])
-        distance = np.hypot(offsets[..., 0], offsets[..., 1])
-        weight = np.where(seen, np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0), 0.0)
-        own = turned_back(offsets, facing) * weight[..., None]
-        states = own.reshape(*facing.shape, -1)
-        return Percept(self.state.clip(states), np.zeros((*facing.shape, 0)))
+        own = felt(snapshot, self.side, AHEAD_ONLY if self.ahead_only else AROUND)
+        states = own.reshape(*own.shape[:2], -1)
+        return Percept(self.state.clip(states), np.zeros((*own.shape[:2], 0)))
 
 
 class Ahead(Own):
@@ -484,7 +489,7 @@ class Ahead(Own):
 
     name = "ahead"
     summary = "The three nearest people ahead, seen from the character; nobody behind counts."
-    table = "ahead"
+    ahead_only = True
 
 
 class Paths(Grid):
@@ -500,14 +505,11 @@ class Paths(Grid):
     )
 
     def perceive(self, snapshot: Snapshot) -> Percept:
-        room = clearances(snapshot, self.side, tuple(PATHS.values()))
-        offsets, seen = nearest(snapshot, self.side, AROUND)
         facing = eighths(snapshot["heading"])
-        distance = np.hypot(offsets[..., 0], offsets[..., 1])
-        weight = np.where(seen, np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0), 0.0)
-        own = turned_back(offsets, facing)[:, :, 0] * weight[:, :, :1]
-        states = np.concatenate([1.0 - np.exp(-room / 2.0), own], axis=2)
-        return Percept(self.state.clip(states), np.zeros((*facing.shape, 0)))
+        room = clearances(cells_of(snapshot), facing, self.side, tuple(PATHS.values()))
+        closest = felt(snapshot, self.side, AROUND)[:, :, 0]
+        states = np.concatenate([1.0 - np.exp(-room / 2.0), closest], axis=2)
+        return Percept(self.state.clip(states), np.zeros((*room.shape[:2], 0)))
 
 
 class Boulder(Perception):
@@ -544,9 +546,6 @@ def lying(snapshot: Snapshot) -> NDArray[np.bool_]:
     return np.asarray((snapshot["hit"] > 0) & (snapshot["boulder"][:, 2:] < FALL_S + DOWN_S))
 
 
-# -- the grid ----------------------------------------------------------------------------------
-
-
 def symbols(actions: Array) -> NDArray[np.int64]:
     """The symbol that each of `actions` (..., 6) comes to: turning goes before walking."""
     return np.select(
@@ -556,114 +555,25 @@ def symbols(actions: Array) -> NDArray[np.int64]:
     )
 
 
-def eighths(heading: Array) -> NDArray[np.int64]:
-    """Which of the eight ways `heading` points, 0 to 7."""
-    return np.asarray(np.rint(heading / EIGHTH).astype(np.int64) % 8)
+def cells_of(snapshot: Snapshot) -> NDArray[np.int64]:
+    """The cell that everybody stands in, (worlds, N, 2), not wrapped."""
+    return np.asarray(np.rint(snapshot["position"] / CELL).astype(np.int64))
 
 
-def cells_of(position: Array) -> NDArray[np.int64]:
-    """The cells of `position` (..., 2), not wrapped."""
-    return np.asarray(np.rint(position / CELL).astype(np.int64))
+def felt(snapshot: Snapshot, side: int, tables: tuple[NDArray[np.int64], ...]) -> Array:
+    """Towards the nearest people in `tables`, as one sees them: (worlds, N, NEAREST, 2).
 
-
-def wrapped(cells: AnyArray, side: int) -> AnyArray:
-    """`cells` (..., 2) on the ground, from 0 to `side` - 1."""
-    return np.asarray(cells % side)
-
-
-def occupied(cells: AnyArray, side: int) -> NDArray[np.bool_]:
-    """Which cells hold somebody, (worlds, side, side), rows by y, for `cells` (worlds, N, 2)."""
-    ground = np.zeros((len(cells), side, side), dtype=np.bool_)
-    spots = wrapped(cells, side)
-    ground[np.arange(len(cells))[:, None], spots[:, :, 1], spots[:, :, 0]] = True
-    return ground
-
-
-def looked_up(ground: NDArray[np.bool_], cells: AnyArray) -> NDArray[np.bool_]:
-    """`ground` (worlds, side, side) at `cells` (worlds, ..., 2) on it."""
-    world = np.arange(len(ground)).reshape(-1, *(1,) * (cells.ndim - 2))
-    return np.asarray(ground[world, cells[..., 1], cells[..., 0]])
-
-
-def window(ahead: bool, reach: int) -> NDArray[np.int64]:
-    """The cells within `reach` of one's own for each way one may face, nearest first.
-
-    Shape (8, K, 2). Of cells equally far those more ahead come first, then those to the left.
-    `ahead` leaves out those to the sides and behind.
+    Ahead and left; 1 long in the next cell, shorter the farther, 0 where there is nobody.
     """
-    span = np.arange(-reach, reach + 1)
-    cells = np.stack(np.meshgrid(span, span), axis=-1).reshape(-1, 2)
-    far = np.hypot(cells[:, 0], cells[:, 1])
-    cells, far = cells[(far > 0) & (far <= reach)], far[(far > 0) & (far <= reach)]
-    tables = []
-    for way in range(8):
-        bearing = np.arctan2(cells[:, 1], cells[:, 0]) - way * EIGHTH
-        bearing = np.remainder(bearing + np.pi - 1e-9, 2 * np.pi) - np.pi + 1e-9
-        order = np.lexsort((-bearing, np.round(np.abs(bearing), 6), far))
-        if ahead:
-            order = order[np.abs(bearing[order]) < np.pi / 2 - 1e-6]
-        tables.append(cells[order])
-    least = min(len(table) for table in tables)
-    return np.stack([table[:least] for table in tables])
+    facing = eighths(snapshot["heading"])
+    offsets, seen = nearest(cells_of(snapshot), facing, side, tables, NEAREST)
+    distance = np.hypot(offsets[..., 0], offsets[..., 1])
+    weight = np.where(seen, np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0), 0.0)
+    return turned_back(offsets, facing) * weight[..., None]
 
 
 AROUND = (window(False, 4), window(False, SIGHT))
 AHEAD_ONLY = (window(True, 5), window(True, SIGHT))
-
-
-def nearest(
-    snapshot: Snapshot, side: int, tables: tuple[NDArray[np.int64], ...]
-) -> tuple[Array, NDArray[np.bool_]]:
-    """The cells from everybody to the NEAREST people, and whether there are so many.
-
-    Shapes (worlds, N, NEAREST, 2) and (worlds, N, NEAREST).
-    """
-    ground = occupied(cells_of(snapshot["position"]), side)
-    cells = wrapped(cells_of(snapshot["position"]), side)
-    facing = eighths(snapshot["heading"])
-    offsets = np.zeros((*facing.shape, NEAREST, 2))
-    seen = np.zeros((*facing.shape, NEAREST), dtype=np.bool_)
-    left = np.nonzero(np.ones(facing.shape, dtype=np.bool_))
-    for table in tables:
-        around = table[facing[left]]
-        spots = wrapped(cells[left][:, None] + around, side)
-        there = ground[left[0][:, None], spots[..., 1], spots[..., 0]]
-        rank = np.cumsum(there, axis=1, dtype=np.uint8)
-        for number in range(NEAREST):
-            at = (there & (rank == number + 1)).argmax(axis=1)
-            row = np.arange(len(at))
-            offsets[left[0], left[1], number] = around[row, at]
-            seen[left[0], left[1], number] = there[row, at] & (rank[row, at] == number + 1)
-        short = ~seen[left].all(axis=1)
-        left = (left[0][short], left[1][short])
-    return offsets, seen
-
-
-def turned_back(offsets: Array, facing: NDArray[np.int64]) -> Array:
-    """`offsets` (..., K, 2) as one sees them who is `facing` (...) that way: ahead, and left."""
-    angle = facing * EIGHTH
-    cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
-    x, y = offsets[..., 0], offsets[..., 1]
-    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
-
-
-def clearances(
-    snapshot: Snapshot, side: int, ways: Sequence[int] = (0, 1, -1), reach: int = 5
-) -> Array:
-    """Free cells in a row to each of `ways`, eighths from the way one faces, (worlds, N, ways)."""
-    ground = occupied(cells_of(snapshot["position"]), side)
-    cells = cells_of(snapshot["position"])
-    facing = eighths(snapshot["heading"])
-    rooms = []
-    for aside in ways:
-        way = AHEAD[(facing + aside) % 8]
-        free = np.zeros(facing.shape)
-        open_ = np.ones(facing.shape, dtype=np.bool_)
-        for far in range(1, reach + 1):
-            open_ = open_ & ~looked_up(ground, wrapped(cells + far * way, side))
-            free += open_
-        rooms.append(free)
-    return np.stack(rooms, axis=2)
 
 
 # -- meshes ------------------------------------------------------------------------------------

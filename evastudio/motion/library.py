@@ -11,10 +11,11 @@ from pathlib import Path
 from evastudio.errors import InvalidInputError, StorageError, StudioError, not_found
 from evastudio.motion.bvh import read_bvh
 from evastudio.motion.clip import Clip
-from evastudio.motion.figures import GAITS, Activity, Figures
+from evastudio.motion.figures import GAITS, Figures
 from evastudio.motion.gait import Gait
 from evastudio.motion.glb import Glb
 from evastudio.motion.mocap import read_mocap
+from evastudio.motion.moment import Activity
 from evastudio.motion.movements import movement_of
 from evastudio.motion.poses import Poses
 from evastudio.motion.retarget import retargeted

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from evastudio.motion.body import SOLES
-from evastudio.motion.figures import JOINTS, Figures, Moment
+from evastudio.motion.figures import JOINTS, Figures
+from evastudio.motion.moment import Moment
 from evastudio.motion.rotations import rotated
 from evastudio.world.spaces import Array
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from evastudio.errors import InvalidInputError
 from evastudio.motion.body import FOREARM, SHANK, THIGH, UPPER_ARM
-from evastudio.motion.figures import JOINTS, Activity, Figures, Moment
+from evastudio.motion.figures import JOINTS, Figures
+from evastudio.motion.moment import Activity, Moment
 
 FIGURES = Figures()
 

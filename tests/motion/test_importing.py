@@ -10,9 +10,10 @@ import pytest
 from evastudio.errors import InvalidInputError
 from evastudio.motion.bvh import read_bvh
 from evastudio.motion.clip import Clip
-from evastudio.motion.figures import Activity, Figures, Moment
+from evastudio.motion.figures import Figures
 from evastudio.motion.glb import Glb
 from evastudio.motion.keyposes import RATE_HZ
+from evastudio.motion.moment import Activity, Moment
 from evastudio.motion.movements import movement_of
 from evastudio.motion.naming import named_parts
 from evastudio.motion.retarget import retargeted

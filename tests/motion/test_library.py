@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from evastudio.errors import InvalidInputError, NotFoundError, StorageError
-from evastudio.motion.figures import Activity, Figures
+from evastudio.motion.figures import Figures
 from evastudio.motion.library import CHOICES, Choice, Library
+from evastudio.motion.moment import Activity
 from evastudio.workspace import Workspace
 from tests.motion.walker import bvh, described, glb, packed, walking
 

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from evastudio.motion.clip import Clip
-from evastudio.motion.figures import JOINTS, Activity, Figures, Moment
+from evastudio.motion.figures import JOINTS, Figures
+from evastudio.motion.moment import Activity, Moment
 from evastudio.motion.rotations import inverse, product
 from evastudio.motion.skeleton import Skeleton
 

@@ -50,7 +50,7 @@ export function steps(store, act) {
       item.classList.toggle("done", done.includes(step));
     }
     const [demonstrate, clean, fit, play] = sayings;
-    say(demonstrate, missing.demonstrate ? demonstrationWords(state) : "Fly with the keys for a few minutes.");
+    say(demonstrate, missing.demonstrate ? demonstrationWords(state) : "Take the keys for a few minutes.");
     say(clean, missing.clean ?? cleanWords(state));
     clean.classList.toggle("warn", missing.clean === null && !!session(state)?.cleaning?.stale);
     const learner = state.scene?.symbols.length ? "voting" : state.learner;

@@ -1,0 +1,67 @@
+"""The grid that people walk on: who is where, who is near, and how far the way is free."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evastudio.world.grid import (
+    IN_A_ROW,
+    clearances,
+    eighths,
+    looked_up,
+    nearest,
+    occupied,
+    turned_back,
+    window,
+)
+
+SIDE = 12
+AROUND = (window(False, 3), window(False, 5))
+
+
+def scattered(seed: int, people: int) -> tuple[np.ndarray, np.ndarray]:
+    """Two worlds of people in cells of their own, some beyond the edge, and their ways."""
+    rng = np.random.default_rng(seed)
+    spots = np.stack([rng.choice(SIDE**2, people, replace=False) for _ in range(2)])
+    cells = np.stack([spots % SIDE, spots // SIDE], axis=2)
+    return cells + SIDE * rng.integers(-2, 3, size=cells.shape), rng.integers(8, size=spots.shape)
+
+
+def test_headings_are_counted_in_eighths_also_beyond_a_full_turn() -> None:
+    headings = np.pi / 4 * np.array([0.0, 1.0, 7.0, 8.0, -1.0, 17.0])
+    assert eighths(headings).tolist() == [0, 1, 7, 0, 7, 1]
+
+
+def test_a_cell_beyond_the_edge_is_the_one_on_the_other_side() -> None:
+    ground = occupied(np.array([[(SIDE, -1)]]), SIDE)
+    assert np.argwhere(ground).tolist() == [[0, SIDE - 1, 0]]
+    assert looked_up(ground, np.array([[(0, SIDE - 1), (1, 1)]])).tolist() == [[True, False]]
+
+
+def test_the_nearest_are_those_that_measuring_everybody_finds() -> None:
+    cells, facing = scattered(3, 14)
+    offsets, seen = nearest(cells, facing, SIDE, AROUND, 3)
+    for world in range(2):
+        apart = cells[world][None] - cells[world][:, None]
+        apart = (apart + SIDE // 2) % SIDE - SIDE // 2
+        far = np.hypot(apart[..., 0], apart[..., 1])
+        np.fill_diagonal(far, np.inf)
+        for one, distances in enumerate(np.sort(far, axis=1)):
+            there = distances[distances <= 5.0][:3]
+            assert seen[world, one].sum() == len(there)
+            found = np.hypot(*offsets[world, one][seen[world, one]].T)
+            np.testing.assert_allclose(found, there)
+
+
+def test_nobody_behind_is_in_the_window_ahead() -> None:
+    for way, cells in enumerate(window(True, 5)):
+        ahead = turned_back(cells.astype(np.float64)[None], np.array([way]))[0, :, 0]
+        assert (ahead > 0).all()
+
+
+def test_free_cells_are_counted_until_somebody_stands_there() -> None:
+    cells = np.array([[(2, 2), (5, 2), (2, 3)]])
+    facing = np.array([[0, 4, 2]])
+    room = clearances(cells, facing, SIDE, (0, 2))
+    assert room[0, 0].tolist() == [2.0, 0.0]
+    assert room[0, 1].tolist() == [2.0, IN_A_ROW]
