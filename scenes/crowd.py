@@ -35,7 +35,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
-from evastudio.motion.figures import Figures
+from evastudio.motion.figures import figures
 from evastudio.motion.moment import Activity, Moment
 from evastudio.motion.shapes import LOOKS
 from evastudio.world.bodies import Body, Camera, Look, Mesh
@@ -52,6 +52,7 @@ from evastudio.world.grid import (
     window,
     wrapped,
 )
+from evastudio.world.paving import paving_bodies, paving_meshes
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Signal
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Symbols
@@ -357,7 +358,7 @@ class Crowd(Scene):
         return mixed.after(turn_rate=turn_rate)
 
     def meshes(self) -> Mapping[str, Mesh]:
-        return {**figures().meshes(), **ground_meshes(), "boulder": boulder_mesh(), "dust": puff()}
+        return {**figures().meshes(), **paving_meshes(), "boulder": boulder_mesh(), "dust": puff()}
 
     def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
         world = snapshot.take(slice(0, 1))
@@ -390,7 +391,7 @@ class Crowd(Scene):
             looks=world["looks"][0],
         )
         return [
-            *ground_bodies(lead),
+            *paving_bodies(lead),
             *figures().bodies(people),
             *boulder_bodies(world["boulder"][0]),
         ]
@@ -581,39 +582,6 @@ AHEAD_ONLY = (window(True, 5), window(True, SIGHT))
 EMERGE = 1.2
 """Metres over which people grow who come into the ground that is seen."""
 PUFFS = 60
-
-
-@lru_cache(maxsize=1)
-def figures() -> Figures:
-    """The bodies that people have."""
-    return Figures()
-
-
-def ground_meshes() -> dict[str, Mesh]:
-    """A paved square and the joints between its slabs."""
-    square = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=np.float64)
-    faces = np.array([(0, 1, 2), (0, 2, 3)])
-    return {
-        "paving": Mesh(square, faces, (196, 190, 178), flat=True),
-        "joint": Mesh(square * (0.5, 0.012, 1.0), faces, (166, 160, 150), flat=True),
-    }
-
-
-def ground_bodies(lead: Array) -> list[Body]:
-    """The paving around the `lead` (2,), moving on by whole slabs so that it seems to stay."""
-    slab = 2 * CELL
-    x, y = np.rint(lead / slab) * slab
-    level = np.array([(1.0, 0.0, 0.0, 0.0)])
-    across = np.array([(np.cos(np.pi / 4), 0.0, 0.0, np.sin(np.pi / 4))])
-    line = (np.arange(-20, 21) - 0.5) * slab
-    east = np.stack([np.full(len(line), x), y + line, np.full(len(line), 0.004)], axis=1)
-    north = np.stack([x + line, np.full(len(line), y), np.full(len(line), 0.004)], axis=1)
-    turns = np.concatenate([np.repeat(level, len(line), 0), np.repeat(across, len(line), 0)])
-    scales = np.tile((40 * slab, 1.0, 1.0), (len(turns), 1))
-    return [
-        Body("paving", "paving", np.array([(x, y, 0.0)]), level, np.full(1, 150.0)),
-        Body("joints", "joint", np.concatenate([east, north]), turns, scales),
-    ]
 
 
 @lru_cache(maxsize=1)

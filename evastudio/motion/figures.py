@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -377,3 +378,9 @@ def _scales(limb: shapes.Limb, sizes: Floats, broad: Floats) -> Floats:
     if limb.mesh in ("limb", "torso", "hips"):
         scales[:, :2] *= broad[:, None]
     return scales
+
+
+@lru_cache(maxsize=1)
+def figures() -> Figures:
+    """The bodies as shipped, made once for all scenes that people walk in."""
+    return Figures()
