@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.geometry import directions, quaternions_from_euler
-from evastudio.world.scene import Control, Option, Percept, Perception, Scene
+from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Sign
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field
 
@@ -91,6 +91,11 @@ class Asteroids(Scene):
         Control("theta", "turn left or right", ("KeyD", "ArrowRight"), ("KeyA", "ArrowLeft"), 0.3),
         Control("phi", "climb or dive", ("KeyS", "ArrowDown"), ("KeyW", "ArrowUp"), 0.3),
     )
+    signs = (
+        Sign("x", "the way flown", "m"),
+        Sign("y", "the distance left of the middle", "m"),
+        Sign("z", "the distance above the middle", "m"),
+    )
     action = Box((Field("theta", "rad", -TURN, TURN), Field("phi", "rad", -TURN, TURN)))
     look = Look(
         background=(34, 45, 82),
@@ -145,6 +150,9 @@ class Asteroids(Scene):
 
     def progress(self, snapshot: Snapshot) -> Array:
         return np.asarray(np.clip(snapshot["position"][:, 0] / LENGTH, 0.0, 1.0))
+
+    def notice(self, snapshot: Snapshot) -> Array:
+        return np.asarray(snapshot["position"])
 
     def intention(
         self,

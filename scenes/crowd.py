@@ -53,7 +53,16 @@ from evastudio.world.grid import (
     wrapped,
 )
 from evastudio.world.paving import paving_bodies, paving_meshes
-from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Signal
+from evastudio.world.scene import (
+    MARK,
+    Control,
+    Option,
+    Percept,
+    Perception,
+    Scene,
+    Sign,
+    Signal,
+)
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Symbols
 
@@ -75,6 +84,8 @@ DOWN_S = 2.5
 """How long it takes to be up again."""
 AFTER_S = 12.0
 """A world ends this long after the impact."""
+NOWHERE = 1e6
+"""Metres to a boulder that has not been let go."""
 SIGHT = 8
 """Cells beyond this are not perceived."""
 NEAREST = 3
@@ -117,7 +128,18 @@ class Crowd(Scene):
         ),
         Control("walk", "walk on", (), ("KeyW", "ArrowUp"), 0.0, True),
     )
-    signals = (Signal("drop", "let the boulder fall", "KeyB", "drop", ("drop_x", "drop_y")),)
+    signals = (
+        Signal("drop", "let the boulder fall", "KeyB", "drop", ("drop_x", "drop_y")),
+        Signal(MARK, "mark this moment", "KeyM", "mark"),
+    )
+    signs = (
+        Sign("falling", "the boulder is falling"),
+        Sign("impact", "the boulder has hit the ground"),
+        Sign("hit", "the boulder has knocked one over"),
+        Sign("boulder", "the distance to the boulder", "m"),
+        Sign("x", "the distance east", "m"),
+        Sign("y", "the distance north", "m"),
+    )
     action = Box(
         (
             Field("turn", "1", -1.0, 1.0),
@@ -193,6 +215,16 @@ class Crowd(Scene):
             moving["speed"], (moving["heading"] - snapshot["heading"]) / self.dt_s, snapshot["size"]
         )
         return snapshot.after(**moving, boulder=boulder, steps=snapshot["steps"] + 1)
+
+    def notice(self, snapshot: Snapshot) -> Array:
+        ground, since = self.side * CELL, snapshot["boulder"][:, 2:]
+        away = snapshot["position"] - snapshot["boulder"][:, None, :2]
+        around = away - np.rint(away / ground) * ground
+        apart = np.hypot(*np.where(since[:, None] < FALL_S, around, away).transpose(2, 0, 1))
+        x, y = np.moveaxis(np.remainder(snapshot["position"] + CELL / 2, ground) - CELL / 2, 2, 0)
+        falling, struck = (since >= 0.0) & (since < FALL_S), since >= FALL_S
+        told = (falling, struck, snapshot["hit"], np.where(since < 0.0, NOWHERE, apart), x, y)
+        return np.stack(np.broadcast_arrays(*told), axis=2).astype(np.float64)
 
     def nearest_image(self, snapshot: Snapshot) -> Array:
         """Positions (worlds, N, 2), shifted by whole grounds to where they are nearest the lead."""
@@ -301,6 +333,7 @@ class Crowd(Scene):
         rest: float = 0.03,
         haste: float = 0.9,
         drop_s: float = 0.0,
+        drop_within_s: float = 0.0,
         **_: float,
     ) -> Array:
         """Walk on, turn to the freer side before somebody comes too near, else as the whim takes.
@@ -310,6 +343,7 @@ class Crowd(Scene):
         rest: how often one stands still, likewise.
         haste: share of the turn away from the boulder that one makes in a decision.
         drop_s: when the lead lets the boulder fall, near by; 0 for never.
+        drop_within_s: up to so much later, by chance.
         """
         free = clearances(cells_of(snapshot), eighths(snapshot["heading"]), self.side, (0, 1, -1))
         whim = np.take_along_axis(
@@ -329,10 +363,11 @@ class Crowd(Scene):
         actions = np.where(struck[:, None, None], self.fleeing(snapshot, haste), actions)
         if drop_s:
             lead = (np.arange(snapshot.worlds), snapshot["lead"])
-            luck = snapshot["whims"][lead][:, -2:]
-            bearing, far = 2 * np.pi * luck[:, 0], KNOCK + 6.0 * luck[:, 1]
+            luck = snapshot["whims"][lead][:, -3:]
+            bearing, far = 2 * np.pi * luck[:, 1], KNOCK + 6.0 * luck[:, 2]
             aside = far[:, None] * np.stack([np.cos(bearing), np.sin(bearing)], axis=1)
-            now = snapshot["steps"] == round(drop_s / self.dt_s)
+            begins = np.rint((drop_s + drop_within_s * luck[:, 0]) / self.dt_s)
+            now = snapshot["steps"] == begins
             let_go = [now[:, None], snapshot["position"][lead] + aside, np.zeros((len(now), 1))]
             actions[lead] = np.concatenate([actions[lead][:, :2], *let_go], axis=1)
         return actions

@@ -102,6 +102,10 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
                 bool(((codes >= 0) & (codes < len(scene.outcomes))).all()),
                 "outcome is not in outcomes",
             )
+            told = scene.notice(snapshot)
+            shape = (WORLDS, *scene.characters, len(scene.signs))
+            _need(told.shape == shape, f"notice has shape {told.shape}, expected {shape}")
+            _need(bool(np.isfinite(told).all()), "a sign is not finite")
             progress = scene.progress(snapshot)
             _need(bool(((progress >= 0) & (progress <= 1)).all()), "progress leaves 0 to 1")
 

@@ -71,6 +71,21 @@ class Signal:
     """Components that take where on the ground it is meant, x and y; None where it has no place."""
 
 
+MARK = "mark"
+"""Name of the signal by which an animator marks the moment of a switch, where a scene has it."""
+
+
+@dataclass(frozen=True)
+class Sign:
+    """What can be told of a character at any moment, and a switch between policies may hang on."""
+
+    name: str
+    label: str
+    """What a person reads: 'the boulder has hit the ground', 'the distance to the boulder'."""
+    unit: str | None = None
+    """Of a number; None for an event, which is 1 where it is so and 0 where not."""
+
+
 @dataclass(frozen=True)
 class Percept:
     """What a batch of characters perceives."""
@@ -137,6 +152,8 @@ class Scene(ABC):
     options: ClassVar[tuple[Option, ...]] = ()
     controls: ClassVar[tuple[Control, ...]] = ()
     signals: ClassVar[tuple[Signal, ...]] = ()
+    signs: ClassVar[tuple[Sign, ...]] = ()
+    """What `notice` tells. `x` and `y`, where a scene has them, say where on the ground one is."""
     action: Space
     """What the character can do, in the world's frame: real numbers or symbols."""
     perceptions: Mapping[str, Perception]
@@ -206,6 +223,11 @@ class Scene(ABC):
         Raises NotFoundError where a scene has none.
         """
         raise not_found(f"scripted demonstrator for scene {self.name!r}", "scripted", [])
+
+    def notice(self, snapshot: Snapshot) -> Array:
+        """What each of `signs` is now, shape (worlds, signs), finite; with an axis for
+        `characters` between where there are many."""
+        return np.zeros((snapshot.worlds, *self.characters, 0))
 
     def interpolate(self, before: Snapshot, after: Snapshot, fraction: float) -> Snapshot:
         """Between two successive snapshots, for drawing only; `fraction` runs from 0 to 1."""
