@@ -249,12 +249,7 @@ class Crowd(Scene):
             [codes == LEFT, codes == RIGHT], [EIGHTH, -EIGHTH]
         )
         facing = eighths(snapshot["heading"])
-        cells = cells_of(snapshot)
-        taken = occupied(cells, self.side)
-        asks = codes == WALK
-        target = wrapped(cells + AHEAD[facing], self.side)
-        free = asks & ~looked_up(taken, target)
-        goes = self._granted(snapshot, cells, facing, target, free)
+        asks, goes = self._claims(snapshot, codes, cells_of(snapshot), facing)
         distance = np.where(goes, CELL * np.hypot(*AHEAD[facing].transpose(2, 0, 1)), 0.0)
         return {
             "position": snapshot["position"]
@@ -264,6 +259,32 @@ class Crowd(Scene):
             "hit": snapshot["hit"],
             "blocked": snapshot["blocked"] + (asks & ~goes),
         }
+
+    def instead(self, snapshot: Snapshot, actions: Array) -> Array:
+        """Who would be blocked turns to the freer side, the others do as they would.
+
+        To stand would change nothing but the count: a step that is refused is a step stood.
+        """
+        codes = symbols(actions)
+        facing, cells = eighths(snapshot["heading"]), cells_of(snapshot)
+        asks, goes = self._claims(snapshot, codes, cells, facing)
+        since = snapshot["boulder"][:, 2:]
+        calm = (since < 0.0) | (since + self.dt_s < FALL_S)
+        left, right = clearances(cells, facing, self.side, (1, -1)).transpose(2, 0, 1)
+        by_number = np.where(np.arange(self.people) % 2 == 0, LEFT, RIGHT)
+        side = np.select([left > right, right > left], [LEFT, RIGHT], default=by_number)
+        turned = actions.copy()
+        turned[:, :, :2] = MOVES[side]
+        return np.where((asks & ~goes & calm)[:, :, None], turned, actions)
+
+    def _claims(
+        self, snapshot: Snapshot, codes: AnyArray, cells: AnyArray, facing: AnyArray
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Who asks to walk on, and who of them gets to, each (worlds, N)."""
+        asks = codes == WALK
+        target = wrapped(cells + AHEAD[facing], self.side)
+        free = asks & ~looked_up(occupied(cells, self.side), target)
+        return asks, self._granted(snapshot, cells, facing, target, free)
 
     def _granted(
         self,

@@ -36,6 +36,7 @@ from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
 from evastudio.learning.tuning import AUTO
 from evastudio.live.perceiving import see_session, unmarked
 from evastudio.live.tuning import tune_session
+from evastudio.pilots.guard import GUARDED, GuardedPilot
 from evastudio.pilots.lead import LeadPilot
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
@@ -300,17 +301,20 @@ def fit(
 
 
 def load_pilot(workspace: Workspace, reference: str, scene: Scene) -> Pilot:
-    """A pilot by name: a policy's name or file, `scripted:...`, or `straight`.
+    """A pilot by name: a policy's name or file, `scripted:...`, `straight`, or `guarded:` and any.
 
     Raises NotFoundError, StorageError for a damaged policy, ConflictError for one of another
     scene.
     """
-    if reference.startswith("scripted:") or reference == "straight":
-        return find_pilot(reference)
-    path = find_policy_file(reference, workspace.policy_folders)
-    pilot = PolicyPilot(load_policy(path), path.name.removesuffix(SUFFIX))
-    pilot.check(scene)
-    return pilot
+    plain = reference.removeprefix(GUARDED)
+    pilot: Pilot
+    if plain.startswith("scripted:") or plain == "straight":
+        pilot = find_pilot(plain)
+    else:
+        path = find_policy_file(plain, workspace.policy_folders)
+        pilot = PolicyPilot(load_policy(path), path.name.removesuffix(SUFFIX))
+        pilot.check(scene)
+    return pilot if plain == reference else GuardedPilot(pilot)
 
 
 def evaluate(
@@ -332,9 +336,8 @@ def evaluate(
         raise InvalidInputError("No policy was given; name at least one to evaluate.")
     ensure_compiled()  # figures must not depend on what was compiled before
     if scene is None:
-        files = [
-            name for name in policies if not name.startswith("scripted:") and name != "straight"
-        ]
+        plain = [name.removeprefix(GUARDED) for name in policies]
+        files = [name for name in plain if not name.startswith("scripted:") and name != "straight"]
         if files:
             first = load_policy(find_policy_file(files[0], workspace.policy_folders))
             scene = first.scene_name

@@ -169,6 +169,22 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
         _need(actions.shape == shape, f"intention has shape {actions.shape}, expected {shape}")
         _need(bool(np.isfinite(actions).all()), "intention is not finite")
 
+    def guards() -> None:
+        actions = _actions(scene, seed, WORLDS, STEPS)
+        for step, snapshot in enumerate(_walk(scene, seeds, seed)[:STEPS]):
+            instead = scene.instead(snapshot, actions[step])
+            shape = actions[step].shape
+            _need(instead.shape == shape, f"instead has shape {instead.shape}, expected {shape}")
+            inside = (instead >= scene.action.low) & (instead <= scene.action.high)
+            _need(bool(inside.all()), "instead gives an action that leaves its range")
+            for row in range(WORLDS):
+                one = slice(row, row + 1)
+                alone = scene.instead(snapshot.take(one), actions[step][one])[0]
+                _need(
+                    np.array_equal(alone, instead[row]),
+                    "instead differs between one world and a batch",
+                )
+
     yield "declares what the studio needs", declares
     yield "repeats exactly from its seed", repeats
     yield "batched equals one by one", batches
@@ -177,6 +193,7 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
     yield "perceptions fit and turn actions back", perceives
     yield "bodies and camera can be drawn", draws
     yield "intention, if any, gives actions", intends
+    yield "what is done instead are actions too", guards
 
 
 def _actions(scene: Scene, seed: int, worlds: int, steps: int) -> Array:

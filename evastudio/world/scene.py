@@ -229,6 +229,14 @@ class Scene(ABC):
         `characters` between where there are many."""
         return np.zeros((snapshot.worlds, *self.characters, 0))
 
+    def instead(self, snapshot: Snapshot, actions: Array) -> Array:
+        """What everybody does instead where their `actions` would only be in vain.
+
+        A guarded pilot asks this. The rule is the scene's and knows no policy; where nobody can
+        stand in another's way, `actions` as they are.
+        """
+        return actions
+
     def interpolate(self, before: Snapshot, after: Snapshot, fraction: float) -> Snapshot:
         """Between two successive snapshots, for drawing only; `fraction` runs from 0 to 1."""
         mixed: dict[str, AnyArray] = {}
