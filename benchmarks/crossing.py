@@ -28,8 +28,9 @@ from numpy.typing import NDArray
 
 from benchmarks.report import commit, where_and_when, write_section
 from evastudio.demonstrations.pairs import Pairs, join_pairs
-from evastudio.evaluation.evaluate import Evaluation, evaluate
+from evastudio.evaluation.evaluate import evaluate
 from evastudio.evaluation.interval import wilson_interval
+from evastudio.evaluation.results import Evaluation
 from evastudio.learning.cleaning import clean_pairs
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy import Policy
@@ -229,7 +230,7 @@ def report(
         cells = []
         for density in DENSITIES:
             flown = by_density.get(density)
-            rates = [100 * one.crossing_rate for one in flown or ()]
+            rates = [100 * one.success_rate for one in flown or ()]
             cells.append(middle(rates, "{:.1f}") if rates else "")
         lines.append(f"| {row} | " + " | ".join(cells) + " |")
     low, high = wilson_interval(round(0.99 * fields), fields)
@@ -249,14 +250,14 @@ def report(
     ]
     for row, by_density in results.items():
         flown = by_density[SHOWN_AT]
-        times = [one.mean_time_s for one in flown if one.mean_time_s is not None]
+        times = [one.mean("time_s") for one in flown]
         spent = [one.decision_us for one in flown if one.decision_us is not None]
         own = [one for one in fitted if one.row == row]
         machines = [one.policy.learner for one in own]
         vectors = [len(m.support_) for m in machines if isinstance(m, SVRPolicy)]
         cells = [
-            middle(times, "{:.1f}") if times else "",
-            middle([100 * one.turn for one in flown], "{:.2f}"),
+            middle([time for time in times if time is not None], "{:.1f}") if any(times) else "",
+            middle([100 * float(one.figures["turn"].mean()) for one in flown], "{:.2f}"),
             f"{statistics.median(spent):.0f}" if spent else "",
             middle([100 * one.cut for one in own], "{:.1f}") if own else "",
             middle(vectors, "{:.0f}") if vectors else "",

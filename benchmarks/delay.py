@@ -176,7 +176,7 @@ def try_set(case: str, delay_s: float, seed: int, minutes: float, worlds: int) -
                 policy = fit_policy(flown.pairs(steps), scene, "canonical", learner)
                 pilots[f"{learner} {name}"] = PolicyPilot(policy)
     results = evaluate(scene, pilots, worlds=worlds, seed=FIELDS).pilots
-    rates = {name: result.crossing_rate for name, result in results.items()}
+    rates = {name: result.success_rate for name, result in results.items()}
     crossed = {
         (learner, name): rates.get(f"{learner} {name}", rates[f"{learner} raw"])
         for learner in LEARNERS

@@ -317,11 +317,14 @@ def evaluate(
     scene: Annotated[str | None, typer.Option(help="The first policy's by default.")] = None,
     density: DensityOption = None,
     option: OptionsOption = None,
+    like: Annotated[
+        str | None, typer.Option(help="The one of them that the others should move like.")
+    ] = None,
     jobs: Annotated[int, typer.Option(help="Processes at once.", min=1)] = 1,
     workspace: WorkspaceOption = HERE,
     json_output: JsonFlag = False,
 ) -> None:
-    """Fly policies through the same new worlds and count what becomes of them."""
+    """Fly policies through the same new worlds, and compare them world by world."""
     from evastudio.live import headless
 
     with _bar(json_output) as progress:
@@ -332,14 +335,25 @@ def evaluate(
             worlds=worlds,
             seed=seed,
             options=_options(density, option),
+            like=like,
             jobs=jobs,
             progress=progress,
         )
     if json_output:
         _print(result, True)
     else:
-        rows = [{"policy": name, **values} for name, values in result["policies"].items()]
-        _print(rows, False, ("policy", "crossing_rate", "interval", "outcomes", "mean_time_s"))
+        _print(*_evaluated(result))
+        for pair in result["differences"]:
+            ours, theirs = pair.pop("pilots")
+            print(f"\n{ours} less {theirs}, world by world")
+            _print(
+                [
+                    {"": figure, **found, "95 %": found["interval"]}
+                    for figure, found in pair.items()
+                ],
+                False,
+                ("", "difference", "95 %", "p", "effect", "worlds"),
+            )
 
 
 def main() -> None:
@@ -349,6 +363,18 @@ def main() -> None:
     except StudioError as error:
         print(f"evastudio: {error}", file=sys.stderr)
         sys.exit(2)
+
+
+def _evaluated(result: dict[str, Any]) -> tuple[list[dict[str, Any]], bool, tuple[str, ...]]:
+    """What `_print` makes a table of: a row for each policy, the mean of each figure."""
+    policies = result["policies"]
+    figures = list(dict.fromkeys(name for one in policies.values() for name in one["figures"]))
+    rows = []
+    for name, one in policies.items():
+        known = {figure: (one["figures"].get(figure) or {}).get("mean") for figure in figures}
+        rows.append({"policy": name, **one, "95 %": one["interval"], **known})
+    columns = ("policy", "success_rate", "95 %", *figures, "unlike", "decision_us")
+    return rows, False, columns
 
 
 def _options(density: float | None, pairs: list[str] | None) -> dict[str, float]:

@@ -154,6 +154,13 @@ class Asteroids(Scene):
     def notice(self, snapshot: Snapshot) -> Array:
         return np.asarray(snapshot["position"])
 
+    def clearance(self, snapshot: Snapshot) -> Array:
+        """From hull to rock."""
+        reach = np.full((snapshot.worlds, 3), self.clear_m + REACH)
+        x, y, z, present = rocks_within(snapshot, -reach, reach)
+        apart = np.sqrt(np.where(present, x**2 + y**2 + z**2, np.inf)).min(axis=1) - REACH
+        return np.where(apart <= self.clear_m, apart, np.inf)
+
     def intention(
         self,
         snapshot: Snapshot,

@@ -54,9 +54,7 @@ def test_from_recording_to_evaluation(tmp_path: Path) -> None:
     )
     assert result["scene"]["options"]["density"] == 1.0
     figures = result["policies"][str(out)]
-    assert (
-        0.0 <= figures["interval"][0] <= figures["crossing_rate"] <= figures["interval"][1] <= 1.0
-    )
+    assert 0.0 <= figures["interval"][0] <= figures["success_rate"] <= figures["interval"][1] <= 1.0
     plain = evastudio("sessions", *place)
     assert "scripted:careful" in plain.stdout
 

@@ -10,16 +10,18 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.machinery import PathFinder
 from pathlib import Path
-from typing import Any
 
 import joblib
 import numpy as np
 
-from evastudio.errors import InvalidInputError
-from evastudio.evaluation.interval import wilson_interval
+from evastudio.errors import InvalidInputError, not_found
+from evastudio.evaluation.flight import Logbook, figures_of, path_features
+from evastudio.evaluation.likeness import inhomogeneity, thinned
+from evastudio.evaluation.results import Comparison, Evaluation
 from evastudio.world.loading import load_scene_file
 from evastudio.world.rollout import Pilot, Rollout, roll_out
 from evastudio.world.scene import Scene, world_seeds
+from evastudio.world.spaces import Array
 
 Progress = Callable[[float, str], None]
 """Told the share done, 0 to 1, and what is being done."""
@@ -27,69 +29,19 @@ Progress = Callable[[float, str], None]
 CHUNK = 100
 """Worlds flown in one batch. Results do not depend on it."""
 MAX_STEPS = 20_000
+KEPT = 32
+"""Moments of each world that are kept for telling how alike two pilots move."""
 
 
 @dataclass(frozen=True)
-class Evaluation:
-    """How one pilot fared."""
+class Flown:
+    """What became of a batch of worlds."""
 
-    pilot: str
-    worlds: int
-    crossed: int
-    """Worlds that ended with one of the scene's successes."""
-    outcomes: Mapping[str, int]
-    """How many worlds ended in each way; 'running' where none came in time."""
-    mean_time_s: float | None
-    """Of the worlds that ended well; None where none did."""
-    median_time_s: float | None
-    turn: float
-    """Mean change of the action from one decision to the next, as a share of its range: lower is
-    smoother."""
-    decision_us: float | None = None
-    """Median time of one decision for one world; it depends on the machine and its load."""
-
-    @property
-    def crossing_rate(self) -> float:
-        return self.crossed / self.worlds
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Wilson 95 % interval of the crossing rate."""
-        return wilson_interval(self.crossed, self.worlds)
-
-    def to_json(self) -> dict[str, Any]:
-        """The figures, as JSON holds them."""
-        return {
-            "worlds": self.worlds,
-            "crossed": self.crossed,
-            "crossing_rate": self.crossing_rate,
-            "interval": list(self.interval),
-            "outcomes": dict(self.outcomes),
-            "mean_time_s": self.mean_time_s,
-            "median_time_s": self.median_time_s,
-            "turn": self.turn,
-            "decision_us": self.decision_us,
-        }
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Several pilots on the same worlds."""
-
-    scene: Mapping[str, Any]
-    """Identity of the scene: name, version, options."""
-    seed: int
-    worlds: int
-    pilots: Mapping[str, Evaluation]
-
-    def to_json(self) -> dict[str, Any]:
-        """The figures, as JSON holds them; all but `decision_us` repeat exactly."""
-        return {
-            "scene": dict(self.scene),
-            "seed": self.seed,
-            "worlds": self.worlds,
-            "pilots": {name: one.to_json() for name, one in self.pilots.items()},
-        }
+    rollout: Rollout
+    figures: Mapping[str, Array]
+    """One for each world, shape (worlds,)."""
+    features: Array
+    """`path_features` of KEPT moments of each world, one below the other."""
 
 
 def evaluate(
@@ -98,6 +50,7 @@ def evaluate(
     *,
     worlds: int = 1000,
     seed: int = 0,
+    like: str | None = None,
     n_jobs: int = 1,
     chunk: int = CHUNK,
     max_steps: int = MAX_STEPS,
@@ -106,60 +59,73 @@ def evaluate(
 ) -> Comparison:
     """Fly every one of `pilots` through the same `worlds` worlds that follow from `seed`.
 
-    The outcome does not depend on `n_jobs` or `chunk`. On a cluster, choose joblib's backend
-    around this call and pass `n_jobs=-1`. Raises InvalidInputError for fewer than one world or
-    no pilot.
+    `like` names the pilot, one of them, that the others should move like. The outcome does not
+    depend on `n_jobs` or `chunk`. On a cluster, choose joblib's backend around this call and pass
+    `n_jobs=-1`. Raises InvalidInputError for fewer than one world or no pilot, NotFoundError where
+    `like` is none of them.
     """
     if not isinstance(worlds, int) or worlds < 1:
         raise InvalidInputError(f"{worlds!r} worlds were asked for; choose at least 1.")
     if not pilots:
         raise InvalidInputError("There is nothing to evaluate: name at least one pilot.")
+    if like is not None and like not in pilots:
+        raise not_found("pilot among those evaluated", like, pilots)
     seeds = world_seeds(seed, worlds)
     parts = [seeds[start : start + chunk] for start in range(0, worlds, chunk)]
     tasks = [(name, part) for name in pilots for part in parts]
     sent = scene if n_jobs == 1 else _for_workers(scene)
     run = joblib.Parallel(n_jobs=n_jobs, return_as="generator")
     results = run(joblib.delayed(_fly)(sent, pilots[name], part, max_steps) for name, part in tasks)
-    flown: dict[str, list[Rollout]] = {name: [] for name in pilots}
-    for done, ((name, _), rollout) in enumerate(zip(tasks, results, strict=True), start=1):
-        flown[name].append(rollout)
+    flown: dict[str, list[Flown]] = {name: [] for name in pilots}
+    for done, ((name, _), part) in enumerate(zip(tasks, results, strict=True), start=1):
+        flown[name].append(part)
         if progress is not None:
             progress(done / len(tasks), f"{name}: {len(flown[name])} of {len(parts)}")
+    shown = None if like is None else _features(flown[like])
+    evaluations = {}
+    for name, done_parts in flown.items():
+        evaluations[name] = gather(
+            scene,
+            name,
+            done_parts,
+            unlike=None if shown is None else _unlike(_features(done_parts), shown, name == like),
+            decision_us=decision_us(scene, pilots[name], seeds[0]) if measure_time else None,
+        )
     return Comparison(
-        scene=scene.identity(),
-        seed=seed,
-        worlds=worlds,
-        pilots={
-            name: summarize(
-                scene,
-                name,
-                rollouts,
-                decision_us(scene, pilots[name], seeds[0]) if measure_time else None,
-            )
-            for name, rollouts in flown.items()
-        },
+        scene=scene.identity(), seed=seed, worlds=worlds, like=like, pilots=evaluations
     )
 
 
-def summarize(
-    scene: Scene, name: str, rollouts: Sequence[Rollout], decision_us: float | None = None
+def gather(
+    scene: Scene,
+    name: str,
+    parts: Sequence[Flown],
+    *,
+    unlike: float | None = None,
+    decision_us: float | None = None,
 ) -> Evaluation:
-    """The figures of one pilot from its `rollouts`."""
-    outcomes = np.concatenate([rollout.outcomes for rollout in rollouts])
-    steps = np.concatenate([rollout.steps for rollout in rollouts])
-    turn = np.concatenate([rollout.turn for rollout in rollouts])
+    """The result of one pilot from its `parts`, in the order of the worlds."""
+    outcomes = np.concatenate([part.rollout.outcomes for part in parts])
+    steps = np.concatenate([part.rollout.steps for part in parts])
     good = np.isin(outcomes, [scene.outcomes.index(name) for name in scene.successes])
-    times = steps[good] * scene.dt_s
+    names = dict.fromkeys(name for part in parts for name in part.figures)
+    own = {
+        name: np.concatenate(
+            [part.figures.get(name, np.full(len(part.rollout.steps), np.nan)) for part in parts]
+        )
+        for name in names
+    }
     return Evaluation(
         pilot=name,
-        worlds=len(outcomes),
-        crossed=int(good.sum()),
-        outcomes={
-            outcome: int((outcomes == index).sum()) for index, outcome in enumerate(scene.outcomes)
+        endings=scene.outcomes,
+        outcomes=outcomes,
+        succeeded=good,
+        figures={
+            "time_s": np.where(good, steps * scene.dt_s, np.nan),
+            "turn": np.concatenate([part.rollout.turn for part in parts]),
+            **own,
         },
-        mean_time_s=float(times.mean()) if len(times) else None,
-        median_time_s=float(np.median(times)) if len(times) else None,
-        turn=float(turn.mean()),
+        unlike=unlike,
         decision_us=decision_us,
     )
 
@@ -208,7 +174,27 @@ def _for_workers(scene: Scene) -> Scene | _SceneFile:
     return _SceneFile(Path(inspect.getfile(type(scene))), dict(scene.values))
 
 
-def _fly(scene: Scene | _SceneFile, pilot: Pilot, seeds: Sequence[int], max_steps: int) -> Rollout:
+def _fly(scene: Scene | _SceneFile, pilot: Pilot, seeds: Sequence[int], max_steps: int) -> Flown:
     if isinstance(scene, _SceneFile):
         scene = scene.load()
-    return roll_out(scene, pilot, seeds, max_steps=max_steps)
+    log = Logbook(scene)
+    rollout = roll_out(scene, pilot, seeds, max_steps=max_steps, watcher=log)
+    flights = log.flights()
+    figures = [figures_of(scene, flight) for flight in flights]
+    return Flown(
+        rollout,
+        {name: np.array([one[name] for one in figures]) for name in figures[0]},
+        np.concatenate([thinned(path_features(scene, flight), KEPT) for flight in flights]),
+    )
+
+
+def _features(parts: Sequence[Flown]) -> Array:
+    return np.concatenate([part.features for part in parts])
+
+
+def _unlike(ours: Array, shown: Array, itself: bool) -> float:
+    """How far from what was shown; of what was shown, one half from the other."""
+    if itself:
+        half = len(shown) // 2
+        ours, shown = shown[:half], shown[half:]
+    return inhomogeneity(ours, shown) if min(len(ours), len(shown)) else float("nan")

@@ -325,12 +325,14 @@ def evaluate(
     worlds: int = 100,
     seed: int = 0,
     options: Mapping[str, float] | None = None,
+    like: str | None = None,
     jobs: int = 1,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Fly every policy (or scripted pilot) through the same `worlds` new worlds.
 
-    The scene is the first policy's unless it is given.
+    The scene is the first policy's unless it is given. `like` is the pilot, one of them, that the
+    others should move like.
     """
     if not policies:
         raise InvalidInputError("No policy was given; name at least one to evaluate.")
@@ -346,7 +348,7 @@ def evaluate(
     place = make_scene(workspace, scene, options)
     pilots = {name: load_pilot(workspace, name, place) for name in policies}
     result = evaluate_pilots(
-        place, pilots, worlds=worlds, seed=seed, n_jobs=jobs, progress=progress
+        place, pilots, worlds=worlds, seed=seed, like=like, n_jobs=jobs, progress=progress
     ).to_json()
     result["policies"] = result.pop("pilots")
     return result

@@ -6,11 +6,15 @@ and snapshots hold `lead`: whom an animator guides, and whom a take is about.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
+
+if TYPE_CHECKING:
+    from evastudio.world.scene import Scene
 
 LEAD = "lead"
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.world.bodies import Body, Camera, Look, Mesh
+from evastudio.world.cast import of_lead
 from evastudio.world.snapshot import AnyArray, Snapshot, stack
 from evastudio.world.spaces import Array, Box, Space
 
@@ -215,6 +216,38 @@ class Scene(ABC):
     @abstractmethod
     def camera(self, snapshot: Snapshot) -> Camera:
         """Where the animator sees the first world from."""
+
+    # -- what a flight is measured by ----------------------------------------------------------
+
+    clear_m: ClassVar[float] = 10.0
+    """A clearance above this is as good as any."""
+    near_m: ClassVar[float] = 1.0
+    """A clearance below this is a near miss."""
+
+    def whereabouts(self, snapshot: Snapshot) -> Array:
+        """Where the character is (of many, the lead), shape (worlds, 2) or (worlds, 3), metres.
+
+        The moving array `position`; a scene that has none stays where it is, or says otherwise.
+        """
+        position = snapshot.moving.get("position")
+        if position is None:
+            return np.zeros((snapshot.worlds, 2))
+        return of_lead(snapshot, position)
+
+    def clearance(self, snapshot: Snapshot) -> Array:
+        """Metres from the character (of many, the lead) to the nearest thing it must not touch.
+
+        Shape (worlds,); infinite where there is none within `clear_m`, or nothing to touch at all.
+        """
+        return np.full(snapshot.worlds, np.inf)
+
+    def measures(self, moments: Snapshot, actions: Array) -> dict[str, float]:
+        """Figures of the scene's own for one world from its beginning.
+
+        `moments` are its snapshots in order, before each decision, along the axis of worlds;
+        `actions` (moments, ..., action size) what was chosen.
+        """
+        return {}
 
     def intention(self, snapshot: Snapshot, **traits: float) -> Array:
         """What a skilled demonstrator would want to do now, shape (worlds, action size).

@@ -66,21 +66,22 @@ def test_figures_add_up_and_are_json(asteroids):
     assert told[-1] == 1.0
     for name, one in compared.pilots.items():
         assert one.pilot == name
-        assert sum(one.outcomes.values()) == one.worlds == 5
-        assert one.outcomes["crossed"] == one.crossed
-        assert one.interval[0] <= one.crossing_rate <= one.interval[1]
+        assert sum(one.counts.values()) == one.worlds == 5
+        assert one.counts["crossed"] == one.succeeded.sum()
+        assert one.interval[0] <= one.success_rate <= one.interval[1]
         assert one.decision_us is not None
     human = compared.pilots["scripted:human"]
-    assert human.mean_time_s is not None
-    assert 36.0 <= human.mean_time_s < 60.0
-    assert compared.pilots["straight"].turn == 0.0
+    time_s = human.mean("time_s")
+    assert time_s is not None
+    assert 36.0 <= time_s < 60.0
+    assert compared.pilots["straight"].mean("turn") == 0.0
 
 
 def test_worlds_that_do_not_end_in_time_are_counted_as_running(asteroids):
     compared = evaluate(asteroids(density=0.1), pilots(), worlds=2, max_steps=5, measure_time=False)
     straight = compared.pilots["straight"]
-    assert straight.outcomes["running"] == 2
-    assert straight.mean_time_s is None
+    assert straight.counts["running"] == 2
+    assert straight.mean("time_s") is None
 
 
 def test_decision_time_is_measured_with_the_clock_that_is_given(asteroids):

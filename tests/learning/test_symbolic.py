@@ -63,7 +63,7 @@ def test_a_recorded_session_becomes_a_policy_that_arrives(workspace: Workspace) 
     made = evastudio.fit(workspace, recorded["session"])
     assert made["learner"] == "voting"
     result = evastudio.evaluate(workspace, [made["policy"]], worlds=200, seed=5)
-    assert result["policies"][made["policy"]]["crossing_rate"] > 0.97
+    assert result["policies"][made["policy"]]["success_rate"] > 0.97
     with pytest.raises(InvalidInputError, match="one of a set of symbols; choose voting"):
         evastudio.fit(workspace, recorded["session"], learner="svr")
 

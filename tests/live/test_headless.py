@@ -79,7 +79,7 @@ def test_each_learner_fits_each_perception_and_flies(
     assert set(result["policies"]) == {"flies", "straight"}
     for figures in result["policies"].values():
         low, high = figures["interval"]
-        assert low <= figures["crossing_rate"] <= high
+        assert low <= figures["success_rate"] <= high
         assert sum(figures["outcomes"].values()) == 4
     assert fitted["perception"] == perception
 
