@@ -205,12 +205,11 @@ class Crowd(Scene):
         actions = self.action.clip(actions)
         boulder = self._fall(snapshot, actions)
         struck = boulder[:, 2] >= FALL_S
-        calm = self._walk(snapshot, actions)
-        wild = self._run(snapshot, actions, boulder)
-        moving = {
-            name: np.where(struck.reshape(-1, *(1,) * (array.ndim - 1)), wild[name], array)
-            for name, array in calm.items()
-        }
+        moving = {} if struck.all() else self._walk(snapshot, actions)
+        if struck.any():
+            for name, wild in self._run(snapshot, actions, boulder).items():
+                here = struck.reshape(-1, *(1,) * (wild.ndim - 1))
+                moving[name] = np.where(here, wild, moving.get(name, wild))
         moving["phase"] = snapshot["phase"] + self.dt_s * figures().cadence(
             moving["speed"], (moving["heading"] - snapshot["heading"]) / self.dt_s, snapshot["size"]
         )
@@ -250,12 +249,11 @@ class Crowd(Scene):
         )
         facing = eighths(snapshot["heading"])
         asks, goes = self._claims(snapshot, codes, cells_of(snapshot), facing)
-        distance = np.where(goes, CELL * np.hypot(*AHEAD[facing].transpose(2, 0, 1)), 0.0)
+        stride = np.where(goes[:, :, None], (CELL * AHEAD)[facing], 0.0)
         return {
-            "position": snapshot["position"]
-            + np.where(goes[:, :, None], CELL * AHEAD[facing], 0.0),
+            "position": snapshot["position"] + stride,
             "heading": heading,
-            "speed": distance / self.dt_s,
+            "speed": np.where(goes, (CELL * np.hypot(*AHEAD.T))[facing], 0.0) / self.dt_s,
             "hit": snapshot["hit"],
             "blocked": snapshot["blocked"] + (asks & ~goes),
         }
@@ -564,7 +562,7 @@ class Paths(Grid):
     def perceive(self, snapshot: Snapshot) -> Percept:
         facing = eighths(snapshot["heading"])
         room = clearances(cells_of(snapshot), facing, self.side, tuple(PATHS.values()))
-        closest = felt(snapshot, self.side, AROUND)[:, :, 0]
+        closest = felt(snapshot, self.side, AROUND, 1)[:, :, 0]
         states = np.concatenate([1.0 - np.exp(-room / 2.0), closest], axis=2)
         return Percept(self.state.clip(states), np.zeros((*room.shape[:2], 0)))
 
@@ -617,20 +615,20 @@ def cells_of(snapshot: Snapshot) -> NDArray[np.int64]:
     return np.asarray(np.rint(snapshot["position"] / CELL).astype(np.int64))
 
 
-def felt(snapshot: Snapshot, side: int, tables: tuple[NDArray[np.int64], ...]) -> Array:
-    """Towards the nearest people in `tables`, as one sees them: (worlds, N, NEAREST, 2).
+def felt(snapshot: Snapshot, side: int, table: NDArray[np.int64], count: int = NEAREST) -> Array:
+    """Towards the nearest people in `table`, as one sees them: (worlds, N, count, 2).
 
     Ahead and left; 1 long in the next cell, shorter the farther, 0 where there is nobody.
     """
     facing = eighths(snapshot["heading"])
-    offsets, seen = nearest(cells_of(snapshot), facing, side, tables, NEAREST)
+    offsets, seen = nearest(cells_of(snapshot), facing, side, table, count)
     distance = np.hypot(offsets[..., 0], offsets[..., 1])
     weight = np.where(seen, np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0), 0.0)
     return turned_back(offsets, facing) * weight[..., None]
 
 
-AROUND = (window(False, 4), window(False, SIGHT))
-AHEAD_ONLY = (window(True, 5), window(True, SIGHT))
+AROUND = window(False, SIGHT)
+AHEAD_ONLY = window(True, SIGHT)
 
 
 # -- meshes ------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ counter-clockwise from the x axis, 0 to 7.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,10 @@ AHEAD = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (
 """The cell that each of the eight ways leads to."""
 IN_A_ROW = 5
 """No more free cells than this are counted."""
+FIRST_LOOKS = (12, 48)
+"""How many of the cells around are looked at before the others, when the nearest are sought."""
+BLOCK = 4096
+"""People who look around at a time, to bound memory."""
 
 
 def eighths(heading: Array) -> Whole:
@@ -68,33 +73,61 @@ def window(ahead: bool, reach: int) -> Whole:
     return np.stack([table[:least] for table in tables])
 
 
+@dataclass(frozen=True)
+class Ground:
+    """Who stands where, laid out flat with a margin, so that looking around needs no wrapping."""
+
+    taken: NDArray[np.bool_]
+    """Shape (worlds * width * width,), rows by y; the margin repeats the other side."""
+    width: int
+    """Cells along a side, margins included."""
+    own: Whole
+    """Where in `taken` everybody's own cell is, shape (worlds, N)."""
+
+    @classmethod
+    def of(cls, cells: Whole, side: int, margin: int) -> Ground:
+        """For `cells` (worlds, N, 2), with a `margin` as wide as one looks."""
+        spread = np.arange(-margin, side + margin) % side
+        taken = occupied(cells, side).take(spread, axis=1).take(spread, axis=2)
+        width = len(spread)
+        spots = wrapped(cells, side) + margin
+        world = np.arange(len(cells))[:, None] * width
+        return cls(taken.reshape(-1), width, (world + spots[:, :, 1]) * width + spots[:, :, 0])
+
+    def steps(self, offsets: Whole) -> Whole:
+        """How far in `taken` a cell is from one that is `offsets` (..., 2) away."""
+        return np.asarray(offsets[..., 1] * self.width + offsets[..., 0])
+
+
 def nearest(
-    cells: Whole, facing: Whole, side: int, tables: Sequence[Whole], count: int
+    cells: Whole, facing: Whole, side: int, table: Whole, count: int
 ) -> tuple[Array, NDArray[np.bool_]]:
     """The cells from everybody to the `count` nearest others, and whether there are so many.
 
-    cells: shape (worlds, N, 2). facing: shape (worlds, N). `tables` are of `window`, each wider
-    than the one before: who finds too few in one is looked for in the next. Shapes
+    cells: shape (worlds, N, 2). facing: shape (worlds, N). `table` is of `window`. Shapes
     (worlds, N, count, 2) and (worlds, N, count).
     """
-    ground = occupied(cells, side)
-    own = wrapped(cells, side)
-    offsets = np.zeros((*facing.shape, count, 2))
-    seen = np.zeros((*facing.shape, count), dtype=np.bool_)
-    left = np.nonzero(np.ones(facing.shape, dtype=np.bool_))
-    for table in tables:
-        around = table[facing[left]]
-        spots = wrapped(own[left][:, None] + around, side)
-        there = ground[left[0][:, None], spots[..., 1], spots[..., 0]]
-        rank = np.cumsum(there, axis=1, dtype=np.uint8)
-        row = np.arange(len(around))
-        for number in range(count):
-            at = (there & (rank == number + 1)).argmax(axis=1)
-            offsets[left[0], left[1], number] = around[row, at]
-            seen[left[0], left[1], number] = there[row, at] & (rank[row, at] == number + 1)
-        short = ~seen[left].all(axis=1)
-        left = (left[0][short], left[1][short])
-    return offsets, seen
+    ground = Ground.of(cells, side, int(np.abs(table).max()))
+    steps = ground.steps(table)
+    own, ways = ground.own.reshape(-1), facing.reshape(-1)
+    offsets = np.zeros((len(own), count, 2))
+    seen = np.zeros((len(own), count), dtype=np.bool_)
+    for start in range(0, len(own), BLOCK):
+        left = np.arange(start, min(start + BLOCK, len(own)))
+        # Few look far: those with enough people near are done after the first cells.
+        for looked in (*FIRST_LOOKS, table.shape[1]):
+            around = steps[ways[left], :looked]
+            around += own[left, None]
+            there = ground.taken.take(around)
+            row = np.arange(len(left))
+            for number in range(count):
+                at = there.argmax(axis=1)
+                offsets[left, number] = table[ways[left], at]
+                seen[left, number] = there[row, at]
+                there[row, at] = False
+            left = left[~seen[left, -1]]
+    offsets[~seen] = 0.0
+    return offsets.reshape(*facing.shape, count, 2), seen.reshape(*facing.shape, count)
 
 
 def turned_back(offsets: Array, facing: Whole) -> Array:
@@ -107,14 +140,13 @@ def turned_back(offsets: Array, facing: Whole) -> Array:
 
 def clearances(cells: Whole, facing: Whole, side: int, ways: Sequence[int]) -> Array:
     """Free cells in a row to each of `ways`, eighths from the way one faces, (worlds, N, ways)."""
-    ground = occupied(cells, side)
-    rooms = []
-    for aside in ways:
-        step = AHEAD[(facing + aside) % 8]
-        free = np.zeros(facing.shape)
-        open_ = np.ones(facing.shape, dtype=np.bool_)
-        for far in range(1, IN_A_ROW + 1):
-            open_ = open_ & ~looked_up(ground, wrapped(cells + far * step, side))
-            free += open_
-        rooms.append(free)
-    return np.stack(rooms, axis=2)
+    ground = Ground.of(cells, side, IN_A_ROW)
+    step = ground.steps(AHEAD[(np.arange(8)[:, None] + ways) % 8])[facing]
+    place = np.repeat(ground.own[..., None], len(ways), axis=2)
+    free = np.zeros(place.shape)
+    open_ = np.ones(place.shape, dtype=np.bool_)
+    for _ in range(IN_A_ROW):
+        place += step
+        open_ &= ~ground.taken.take(place)
+        free += open_
+    return free

@@ -20,7 +20,7 @@ Kind = Callable[..., Scene]
 
 def test_it_keeps_the_rules_of_scenes(asteroids: type[Scene]) -> None:
     findings = check_scene(asteroids, seed=3)
-    assert len(findings) == 8
+    assert len(findings) == 9
     assert [found for found in findings if found.problem] == []
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from evastudio.world.grid import (
+    AHEAD,
     IN_A_ROW,
     clearances,
     eighths,
@@ -16,15 +18,15 @@ from evastudio.world.grid import (
 )
 
 SIDE = 12
-AROUND = (window(False, 3), window(False, 5))
+AROUND = window(False, 5)
 
 
-def scattered(seed: int, people: int) -> tuple[np.ndarray, np.ndarray]:
+def scattered(seed: int, people: int, side: int = SIDE) -> tuple[np.ndarray, np.ndarray]:
     """Two worlds of people in cells of their own, some beyond the edge, and their ways."""
     rng = np.random.default_rng(seed)
-    spots = np.stack([rng.choice(SIDE**2, people, replace=False) for _ in range(2)])
-    cells = np.stack([spots % SIDE, spots // SIDE], axis=2)
-    return cells + SIDE * rng.integers(-2, 3, size=cells.shape), rng.integers(8, size=spots.shape)
+    spots = np.stack([rng.choice(side**2, people, replace=False) for _ in range(2)])
+    cells = np.stack([spots % side, spots // side], axis=2)
+    return cells + side * rng.integers(-2, 3, size=cells.shape), rng.integers(8, size=spots.shape)
 
 
 def test_headings_are_counted_in_eighths_also_beyond_a_full_turn() -> None:
@@ -51,6 +53,31 @@ def test_the_nearest_are_those_that_measuring_everybody_finds() -> None:
             assert seen[world, one].sum() == len(there)
             found = np.hypot(*offsets[world, one][seen[world, one]].T)
             np.testing.assert_allclose(found, there)
+
+
+@pytest.mark.parametrize("ahead", [True, False])
+@pytest.mark.parametrize(("people", "side"), [(1, 4), (16, 4), (5, SIDE), (60, SIDE), (144, SIDE)])
+def test_looking_at_many_at_once_finds_what_looking_cell_by_cell_does(
+    ahead: bool, people: int, side: int
+) -> None:
+    cells, facing = scattered(people, people, side)
+    table, ways = window(ahead, 8), (0, 1, -1, 2, -2)
+    ground = occupied(cells, side)
+    offsets, seen = nearest(cells, facing, side, table, 3)
+    room = clearances(cells, facing, side, ways)
+    for world, one in np.ndindex(facing.shape):
+        own, way = cells[world, one], facing[world, one]
+        around = [cell for cell in table[way] if looked(ground, world, own + cell)][:3]
+        assert seen[world, one].tolist() == [number < len(around) for number in range(3)]
+        assert offsets[world, one].tolist() == [*map(list, around), *[[0, 0]] * (3 - len(around))]
+        for aside, free in zip(ways, room[world, one], strict=True):
+            line = [own + far * AHEAD[(way + aside) % 8] for far in range(1, IN_A_ROW + 1)]
+            taken = [looked(ground, world, cell) for cell in line]
+            assert free == (*taken, True).index(True)
+
+
+def looked(ground, world, cell) -> bool:
+    return bool(ground[world, cell[1] % ground.shape[1], cell[0] % ground.shape[2]])
 
 
 def test_nobody_behind_is_in_the_window_ahead() -> None:
