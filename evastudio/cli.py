@@ -95,6 +95,46 @@ def scenes(workspace: WorkspaceOption = HERE, json_output: JsonFlag = False) -> 
 
 
 @app.command()
+def clips(
+    activity: Annotated[
+        str | None, typer.Argument(help="Choose for stand, walk, run, stagger, fallen, getting_up.")
+    ] = None,
+    file: Annotated[str | None, typer.Argument(help="File in the workspace's motion/.")] = None,
+    clip: Annotated[
+        str | None, typer.Argument(help="Clip in that file; not needed where it has but one.")
+    ] = None,
+    shipped: Annotated[
+        bool, typer.Option("--shipped", help="Move as shipped again in that activity.")
+    ] = False,
+    workspace: WorkspaceOption = HERE,
+    json_output: JsonFlag = False,
+) -> None:
+    """List the clips at hand, or choose one: evastudio clips walk hero.glb Walking_A."""
+    from evastudio.live import clips as chosen
+
+    place = Workspace(workspace)
+    if activity is None:
+        result = chosen.clips(place)
+    elif shipped:
+        result = chosen.forget_clip(place, activity)
+    elif file is None:
+        raise InvalidInputError(
+            f"No file was given for {activity!r}; name a file in motion/, or say --shipped."
+        )
+    else:
+        result = chosen.choose_clip(place, activity, file, clip)
+    if json_output:
+        _print(result, True)
+        return
+    if result["problem"]:
+        print(result["problem"], end="\n\n")
+    _print(result["activities"], False, ("name", "file", "clip", "problem"))
+    if result["files"]:
+        print()
+    _print(result["files"], False, ("name", "clips", "problem"))
+
+
+@app.command()
 def check(
     file: Annotated[Path, typer.Argument(help="A scene's Python file.")],
     workspace: WorkspaceOption = HERE,

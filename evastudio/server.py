@@ -31,6 +31,7 @@ from evastudio.settings import Settings
 from evastudio.studio.client import client_page
 from evastudio.studio.view import View
 from evastudio.workspace import shipped
+from evastudio.world.snapshot import Snapshot
 
 WEBSOCKET_BYTES = 64 * 2**20
 """Pictures of a view come back through its websocket."""
@@ -62,7 +63,12 @@ def create_app(settings: Settings, port: int) -> FastAPI:
 
         def open_view(stage: LiveStage) -> None:
             views[stage.name] = view = View(stage.scene, loop)
-            stage.watch(view.show)
+
+            def show(snapshot: Snapshot, fresh: bool) -> None:
+                view.scene = stage.scene
+                view.show(snapshot, fresh)
+
+            stage.watch(show)
 
         def close_view(stage: str) -> None:
             view = views.pop(stage, None)

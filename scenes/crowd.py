@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 from evastudio.errors import InvalidInputError
 from evastudio.motion.figures import figures
 from evastudio.motion.moment import Activity, Moment
+from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.cast import of_lead
@@ -99,7 +100,7 @@ MOVES = np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0)])
 """Turn and walk of each symbol."""
 
 
-class Crowd(Scene):
+class Crowd(Peopled):
     """See the module's docstring."""
 
     name = "crowd"
@@ -412,7 +413,12 @@ class Crowd(Scene):
         return mixed.after(turn_rate=turn_rate)
 
     def meshes(self) -> Mapping[str, Mesh]:
-        return {**figures().meshes(), **paving_meshes(), "boulder": boulder_mesh(), "dust": puff()}
+        return {
+            **self.figures.meshes(),
+            **paving_meshes(),
+            "boulder": boulder_mesh(),
+            "dust": puff(),
+        }
 
     def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
         world = snapshot.take(slice(0, 1))
@@ -427,8 +433,10 @@ class Crowd(Scene):
         grown = np.clip(inside / EMERGE, 0.02, 1.0)
         grown = np.clip(grown + np.clip(struck_s, 0.0, 1.0), 0.0, 1.0)
         down = (world["hit"][0] > 0) & (struck_s >= 0.0) & (struck_s < DOWN_S)
-        rises = DOWN_S - figures().length_s(Activity.GETTING_UP)
-        since_s = max(struck_s - rises if struck_s >= rises else struck_s, 0.0)
+        getting_up_s = self.figures.length_s(Activity.GETTING_UP)
+        rises = max(DOWN_S - getting_up_s, DOWN_S / 2)  # a longer movement is made faster
+        haste = getting_up_s / (DOWN_S - rises)
+        since_s = max((struck_s - rises) * haste if struck_s >= rises else struck_s, 0.0)
         still = np.zeros_like(world["heading"])
         people = Moment(
             positions=position,
@@ -446,7 +454,7 @@ class Crowd(Scene):
         )
         return [
             *paving_bodies(lead),
-            *figures().bodies(people),
+            *self.figures.bodies(people),
             *boulder_bodies(world["boulder"][0]),
         ]
 

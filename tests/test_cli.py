@@ -14,6 +14,7 @@ import pytest
 from evastudio.errors import InvalidInputError
 from evastudio.server import _listen
 from evastudio.workspace import shipped
+from tests.motion.walker import bvh, walking
 
 
 def evastudio(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
@@ -57,6 +58,20 @@ def test_from_recording_to_evaluation(tmp_path: Path) -> None:
     assert 0.0 <= figures["interval"][0] <= figures["success_rate"] <= figures["interval"][1] <= 1.0
     plain = evastudio("sessions", *place)
     assert "scripted:careful" in plain.stdout
+
+
+def test_clips_are_listed_and_chosen(tmp_path: Path) -> None:
+    place = ("--workspace", tmp_path)
+    (tmp_path / "motion").mkdir()
+    (tmp_path / "motion" / "stroll.bvh").write_text(bvh(walking(0.8)))
+    (tmp_path / "motion" / "broken.bvh").write_text("HIERARCHY")
+    shown = evastudio("clips", "walk", "stroll.bvh", *place).stdout
+    assert "no BVH file" in shown
+    told = as_json("clips", *place)
+    assert {one["name"]: one["clip"] for one in told["activities"]}["walk"] == "stroll"
+    told = as_json("clips", "walk", "--shipped", *place)
+    assert all(one["file"] is None for one in told["activities"])
+    assert evastudio("clips", "walk", *place).returncode == 2
 
 
 def test_scenes_and_check(tmp_path: Path) -> None:

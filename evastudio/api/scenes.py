@@ -17,6 +17,7 @@ from evastudio.api.models import (
     SignalOut,
 )
 from evastudio.live.headless import make_scene, scenes
+from evastudio.motion.peopled import Peopled
 from evastudio.world.scene import Scene
 from evastudio.world.spaces import Box, Symbols
 
@@ -64,6 +65,7 @@ def _scene(scene: Scene) -> SceneOut:
             PerceptionOut(name=view.name, summary=view.summary, state=_fields(view.state))
             for view in scene.perceptions.values()
         ],
+        people=isinstance(scene, Peopled),
     )
 
 

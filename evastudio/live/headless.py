@@ -34,6 +34,7 @@ from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy import find_learner
 from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
 from evastudio.learning.tuning import AUTO
+from evastudio.live.clips import dress
 from evastudio.live.perceiving import see_session, unmarked
 from evastudio.live.tuning import tune_session
 from evastudio.pilots.guard import GUARDED, GuardedPilot
@@ -67,7 +68,9 @@ def make_scene(
         raise not_found(
             f"option of scene {name!r}", "self", [option.name for option in kind.options]
         )
-    return kind(**(options or {}))
+    scene = kind(**(options or {}))
+    dress(scene, workspace)
+    return scene
 
 
 def record(

@@ -25,7 +25,8 @@ class View:
 
     def __init__(self, scene: Scene, loop: asyncio.AbstractEventLoop) -> None:
         """A view of worlds of `scene`, served on `loop`."""
-        self._scene = scene
+        self.scene = scene
+        """What is shown; it may be replaced by the same scene with other options."""
         self._meshes = scene.meshes()
         self._server = mounted_viser(loop, scene.title)
         self._server.gui.configure_theme(
@@ -57,8 +58,8 @@ class View:
         the scene keeps it still, so that a person can look around in a world at rest. Raises
         InvalidInputError, and draws nothing, where the scene gives numbers that cannot be drawn.
         """
-        bodies = self._scene.bodies(snapshot)
-        camera = checked_camera(self._scene.camera(snapshot))
+        bodies = self.scene.bodies(snapshot)
+        camera = checked_camera(self.scene.camera(snapshot))
         with self._drawing:
             new = [
                 body for body in bodies if fresh or not body.fixed or body.name not in self._nodes
@@ -66,7 +67,7 @@ class View:
             arrays = [checked(body) for body in new]
             for body in new:
                 if body.mesh not in self._meshes:
-                    raise not_found(f"mesh of scene {self._scene.name!r}", body.mesh, self._meshes)
+                    raise not_found(f"mesh of scene {self.scene.name!r}", body.mesh, self._meshes)
             with self._server.atomic():
                 for body, placed in zip(new, arrays, strict=True):
                     if body.name not in self._nodes:

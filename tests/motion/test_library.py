@@ -59,6 +59,30 @@ def test_a_chosen_clip_is_walked_and_can_be_forgotten(library: Library) -> None:
     assert not list(library.folder.glob("*.new"))
 
 
+def test_a_file_is_added_in_place_of_an_older_one(library: Library) -> None:
+    fresh = bvh(walking(0.8, 1.5)).encode()
+    added = library.add("stroll.bvh", fresh)
+    assert (added.clips, added.problem) == (("stroll",), None)
+    assert (library.folder / "stroll.bvh").read_bytes() == fresh
+
+
+@pytest.mark.parametrize("name", ["../x.bvh", "x/y.bvh", ".x.bvh", "x.exe", "", CHOICES, "x\0.bvh"])
+def test_only_names_of_clips_are_added(library: Library, name: str) -> None:
+    with pytest.raises(InvalidInputError, match="no name for a file of clips"):
+        library.add(name, bvh(walking(1.2)).encode())
+
+
+def test_what_cannot_be_played_any_more_moves_as_shipped(library: Library) -> None:
+    library.choose("walk", "stroll.bvh", "stroll")
+    library.choose("stagger", "hero.glb", "walk")
+    (library.folder / "stroll.bvh").write_text("HIERARCHY")
+    figures, problems = library.playable()
+    assert set(problems) == {Activity.WALK}
+    assert "no BVH file" in problems[Activity.WALK]
+    assert figures.length_s(Activity.STAGGER) == pytest.approx(2.4, abs=0.05)
+    assert figures is library.playable()[0]
+
+
 def test_a_file_that_has_changed_is_read_anew(library: Library) -> None:
     first = library.clip("stroll.bvh", "stroll")
     path = library.folder / "stroll.bvh"

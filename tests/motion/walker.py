@@ -161,5 +161,9 @@ def packed(told: Any, data: bytes) -> bytes:
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
-def glb(clip: Clip) -> bytes:
-    return packed(*described(clip))
+def glb(clip: Clip, *names: str) -> bytes:
+    """`clip` as a .glb file, once under each of `names`."""
+    told, data = described(clip)
+    one = told["animations"][0]
+    told["animations"] = [{**one, "name": name} for name in names or ("walk",)]
+    return packed(told, data)

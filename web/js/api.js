@@ -6,6 +6,7 @@
 /** @typedef {import("./types.js").Policy} Policy */
 /** @typedef {import("./types.js").Job} Job */
 /** @typedef {import("./types.js").Stage} Stage */
+/** @typedef {import("./types.js").Clips} Clips */
 
 const ROOT = "/api/v1";
 
@@ -24,26 +25,27 @@ export class Refusal extends Error {
 /**
  * @param {string} method
  * @param {string} path
- * @param {object} [body]
+ * @param {object} [body] a file as it is, all else as JSON
  * @returns {Promise<any>}
  */
 async function ask(method, path, body) {
   let answer;
+  const json = body !== undefined && !(body instanceof Blob);
   try {
     answer = await fetch(ROOT + path, {
       method,
-      headers: body === undefined ? {} : { "Content-Type": "application/json" },
-      body: body === undefined ? undefined : JSON.stringify(body),
+      headers: json ? { "Content-Type": "application/json" } : {},
+      body: json ? JSON.stringify(body) : body,
     });
   } catch {
     throw new Error("The studio does not answer. Is it still running?");
   }
-  const json = answer.status === 204 ? null : await answer.json().catch(() => null);
+  const told = answer.status === 204 ? null : await answer.json().catch(() => null);
   if (!answer.ok) {
-    const detail = json?.detail ?? `The studio answered ${answer.status} ${answer.statusText}.`;
+    const detail = told?.detail ?? `The studio answered ${answer.status} ${answer.statusText}.`;
     throw new Refusal(answer.status, detail);
   }
-  return json;
+  return told;
 }
 
 /** @param {string} text */
@@ -74,6 +76,14 @@ export const api = {
   cancel: (job) => ask("DELETE", `/jobs/${job}`),
   /** @param {string} scene @returns {Promise<Policy[]>} */
   policies: async (scene) => (await ask("GET", `/policies?scene=${q(scene)}`)).items,
+  /** @returns {Promise<Clips>} */
+  clips: () => ask("GET", "/clips"),
+  /** @param {File} file @returns {Promise<Clips>} */
+  addClips: (file) => ask("PUT", `/clips/files/${q(file.name)}`, file),
+  /** @param {string} activity @param {string} file @param {string} clip @returns {Promise<Clips>} */
+  chooseClip: (activity, file, clip) => ask("PUT", `/clips/activities/${q(activity)}`, { file, clip }),
+  /** @param {string} activity @returns {Promise<Clips>} */
+  forgetClip: (activity) => ask("DELETE", `/clips/activities/${q(activity)}`),
   /**
    * @param {string} scene
    * @param {Record<string, number>} options

@@ -1,6 +1,7 @@
 /** Puts the page together: the state, the link to the server, and the parts that show it. */
 
 import { api } from "./api.js";
+import { clips } from "./clips.js";
 import { byId } from "./dom.js";
 import { hud } from "./hud.js";
 import { isOpen, jobs } from "./jobs.js";
@@ -213,6 +214,7 @@ sessions(store, {
 takes(store, reload);
 options(store);
 policies(store);
+clips(store);
 jobs(store);
 hud(store);
 keyHelp(store);

@@ -5,7 +5,12 @@
  *   step: number, help: string}} Option
  * @typedef {{field: string, label: string, negative: string[], positive: string[]}} Control
  * @typedef {{name: string, title: string, version: number, dt_s: number, options: Option[],
- *   controls: Control[], signals: {name: string, label: string, key: string}[], symbols: string[], outcomes: string[], successes: string[]}} Scene
+ *   controls: Control[], signals: {name: string, label: string, key: string}[], symbols: string[], outcomes: string[], successes: string[],
+ *   people: boolean}} Scene
+ * @typedef {{name: string, label: string, file: string | null, clip: string | null,
+ *   problem: string | null}} Activity
+ * @typedef {{folder: string, files: {name: string, clips: string[], problem: string | null}[],
+ *   activities: Activity[], problem: string | null}} Clips
  * @typedef {{pairs: number, removed: number, stale: boolean}} Cleaning
  * @typedef {{id: number, name: string, scene: string, takes_kept: number, takes_trashed: number,
  *   pairs: number, seconds: number, cleaning: Cleaning | null}} Session
