@@ -31,6 +31,7 @@ from evastudio.settings import Settings
 from evastudio.studio.client import client_page
 from evastudio.studio.view import View
 from evastudio.workspace import shipped
+from evastudio.world.bodies import Camera
 from evastudio.world.snapshot import Snapshot
 
 WEBSOCKET_BYTES = 64 * 2**20
@@ -64,9 +65,9 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         def open_view(stage: LiveStage) -> None:
             views[stage.name] = view = View(stage.scene, loop)
 
-            def show(snapshot: Snapshot, fresh: bool) -> None:
+            def show(snapshot: Snapshot, fresh: bool, camera: Camera) -> None:
                 view.scene = stage.scene
-                view.show(snapshot, fresh)
+                view.show(snapshot, fresh, camera)
 
             stage.watch(show)
 

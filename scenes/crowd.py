@@ -93,6 +93,8 @@ NEAREST = 3
 PATHS = {"ahead": 0, "half_left": 1, "half_right": -1, "left": 2, "right": -2}
 """Eighths from the way one faces."""
 WHIMS = 64
+OVERVIEW = (-8.0, -8.0, 13.0)
+"""Metres from the lead to the camera that looks down on everybody."""
 
 STAND, LEFT, RIGHT, WALK = range(4)
 SYMBOLS = Symbols(("stand", "turn left", "turn right", "walk on"))
@@ -457,6 +459,13 @@ class Crowd(Peopled):
             *self.figures.bodies(people),
             *boulder_bodies(world["boulder"][0]),
         ]
+
+    def cameras(self, snapshot: Snapshot) -> Mapping[str, Camera]:
+        chase = self.camera(snapshot)
+        lead = int(snapshot["lead"][0])
+        here = np.array([*snapshot["position"][0, lead], 0.0])
+        above = Camera(here + OVERVIEW, here, up=np.array([0.0, 0.0, 1.0]))
+        return {"chase": chase, "overview": above}
 
     def camera(self, snapshot: Snapshot) -> Camera:
         world = snapshot.take(slice(0, 1))

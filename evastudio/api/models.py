@@ -58,6 +58,8 @@ class SignalOut(BaseModel):
     name: str
     label: str
     key: str
+    placed: bool
+    """Whether it is meant at a place on the ground."""
 
 
 class SceneOut(BaseModel):
@@ -75,6 +77,8 @@ class SceneOut(BaseModel):
     symbols: list[str]
     """What it chooses among under its first perception; empty where it chooses numbers."""
     perceptions: list[PerceptionOut]
+    many: bool
+    """Whether many characters share a world, of which a person guides one."""
     people: bool
     """Whether it shows people, who move as the chosen clips say."""
 
@@ -244,8 +248,14 @@ class CommandIn(Model):
         "stop",
         "session",
         "signal",
+        "camera",
+        "another",
     ]
     policy: Name | None = None
+    others: Name | None = None
+    """Whose policy everybody else follows in a demonstration; they stand still without one."""
+    camera: Name | None = None
+    """Of the scene's cameras, the one to see it from; the next one where none is named."""
     options: dict[str, float] | None = None
     session: int | None = None
     signal: Name | None = None

@@ -56,11 +56,17 @@ def _scene(scene: Scene) -> SceneOut:
             for control in scene.controls
         ],
         signals=[
-            SignalOut(name=signal.name, label=signal.label, key=signal.key)
+            SignalOut(
+                name=signal.name,
+                label=signal.label,
+                key=signal.key,
+                placed=signal.place is not None,
+            )
             for signal in scene.signals
         ],
         action=_fields(scene.action) if isinstance(scene.action, Box) else [],
         symbols=list(chosen.names) if isinstance(chosen, Symbols) else [],
+        many=bool(scene.characters),
         perceptions=[
             PerceptionOut(name=view.name, summary=view.summary, state=_fields(view.state))
             for view in scene.perceptions.values()

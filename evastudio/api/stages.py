@@ -210,7 +210,7 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
     """One command of a person. Raises StudioError where it is not possible."""
     match command.name:
         case "demonstrate":
-            stage.demonstrate(command.options)
+            stage.demonstrate(command.options, command.others)
         case "play":
             if command.policy is None:
                 raise InvalidInputError("No policy was named; choose one to play.")
@@ -221,6 +221,10 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
             if command.signal is None:
                 raise InvalidInputError("No signal was named; choose one of the scene's.")
             stage.signal(command.signal, command.pointer)
+        case "camera":
+            stage.look_through(command.camera)
+        case "another":
+            stage.lead_another()
         case "pause":
             stage.pause()
         case "resume":

@@ -6,6 +6,7 @@ import numpy as np
 
 from evastudio.demonstrations.records import TakeData, TakeRecord
 from evastudio.errors import ConflictError
+from evastudio.world.cast import LEAD
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot, stack
 
@@ -22,6 +23,8 @@ def replay_take(scene: Scene, take: TakeRecord, data: TakeData) -> Snapshot:
             f"{dict(scene.values)}; it replays only in its own."
         )
     moment = scene.worlds([take.seed])
+    if LEAD in moment.moving:  # whom the animator chose is no part of the world's seed
+        moment = moment.after(lead=data.snapshots[LEAD][:1])
     moments = [moment]
     for action in data.actions[:-1]:
         moment = scene.step(moment, action[None, :])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -100,13 +100,21 @@ class HeldKeys:
         the one whose keys were held most of the time, or the first.
         """
         self._read_until = end
+        return self._action_of(self._axes, start, end)
+
+    def foresee(self, start: float, end: float) -> Array:
+        """What `read` would return if no key changed until then; nothing is read yet."""
+        axes = [replace(axis, changes=list(axis.changes)) for axis in self._axes]
+        return self._action_of(axes, start, end)
+
+    def _action_of(self, axes: Sequence[_Axis], start: float, end: float) -> Array:
         if isinstance(self._action, Symbols):
             held = np.zeros(len(self._action.names))
-            for axis in self._axes:
+            for axis in axes:
                 held[self._action.names.index(axis.control.field)] += axis.read(start, end)
             return np.array([[float(held.argmax())]])
         action = np.clip(np.zeros(self._action.size), self._action.low, self._action.high)
-        for axis in self._axes:
+        for axis in axes:
             share = axis.read(start, end)
             column = self._action.names.index(axis.control.field)
             bound = self._action.high if share > 0 else -self._action.low

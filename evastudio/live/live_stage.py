@@ -17,8 +17,11 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, StudioError
 from evastudio.live.headless import load_pilot, make_scene
-from evastudio.live.stage import Frame, Mode, Phase, Stage, Status
+from evastudio.live.stage import Frame, Stage
+from evastudio.live.status import Mode, Phase, Status
 from evastudio.workspace import Workspace
+from evastudio.world.bodies import Camera
+from evastudio.world.rollout import Pilot
 from evastudio.world.scene import Scene, world_seeds
 from evastudio.world.snapshot import Snapshot
 
@@ -113,17 +116,25 @@ class LiveStage:
             before.close(time.time())
         self.refresh()
 
-    def demonstrate(self, options: Mapping[str, float] | None = None) -> None:
-        """Begin a take in a new world; makes a session where none was chosen."""
+    def demonstrate(
+        self, options: Mapping[str, float] | None = None, others: str | None = None
+    ) -> None:
+        """Begin a take in a new world; makes a session where none was chosen.
+
+        `others` is the policy (or scripted pilot) of everybody else, who stand still without one.
+        """
         self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
+        crowd = None if others is None else self._actor(others, scene)
         if self._stage.recorder is None:
             count = self._store.count_sessions(scene.name) + 1
             name = f"{scene.title} {count}"
             made = self._store.create_session(scene, name, "person", time.time())
             self.choose_session(made)
         self.call(
-            lambda: self._stage.demonstrate(scene, self._next_seed(), time.monotonic(), time.time())
+            lambda: self._stage.demonstrate(
+                scene, self._next_seed(), time.monotonic(), time.time(), crowd
+            )
         )
         self.refresh()
 
@@ -131,9 +142,7 @@ class LiveStage:
         """Let a policy (or a scripted pilot) act alone in a new world."""
         self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
-        actor = load_pilot(self._workspace, pilot, scene)
-        # A first decision may have to load compiled code: not on the stage's own thread.
-        actor.act(scene, scene.worlds([0]), actor.begin(scene, [0]))
+        actor = self._actor(pilot, scene)
         self.call(
             lambda: self._stage.play(scene, actor, self._next_seed(), time.monotonic(), time.time())
         )
@@ -141,11 +150,11 @@ class LiveStage:
 
     def restart(self) -> None:
         """The same again in another world: a new take, or the policy once more."""
-        policy = self.call(lambda: self._stage.status(time.monotonic()).policy)
-        if policy is not None:
-            self.play(policy)
+        status = self.call(lambda: self._stage.status(time.monotonic()))
+        if status.policy is not None:
+            self.play(status.policy)
         else:
-            self.demonstrate()
+            self.demonstrate(others=status.others)
 
     def pause(self) -> None:
         self.call(lambda: self._stage.pause(time.monotonic()))
@@ -156,6 +165,14 @@ class LiveStage:
     def signal(self, name: str, pointer: tuple[float, float, float] | None = None) -> None:
         """See `Stage.signal`."""
         self.call(lambda: self._stage.signal(name, pointer))
+
+    def look_through(self, camera: str | None = None) -> None:
+        """See `Stage.look_through`."""
+        self.call(lambda: self._stage.look_through(camera))
+
+    def lead_another(self) -> None:
+        """See `Stage.lead_another`."""
+        self.call(self._stage.lead_another)
 
     def stop(self) -> None:
         self.call(lambda: self._stage.stop(time.time()))
@@ -206,9 +223,9 @@ class LiveStage:
         A frame that cannot be drawn is dropped: nobody's take ends for it.
         """
 
-        def drawn(snapshot: Snapshot, fresh: bool) -> None:
+        def drawn(snapshot: Snapshot, fresh: bool, camera: Camera) -> None:
             try:
-                show(snapshot, fresh)
+                show(snapshot, fresh, camera)
             except Exception:  # scenes say what to draw, and scenes are other people's code
                 if not self._undrawn:
                     logger.exception("Stage %s cannot be drawn", self.name)
@@ -326,6 +343,9 @@ class LiveStage:
             stage.phase,
             stage.mode,
             stage.seed,
+            stage.camera,
+            stage.decision,
+            stage.decision is not None and stage.steps,
             self._totals,
             self._fault,
             recorder is not None and (recorder.problem, recorder.can_undo),
@@ -345,6 +365,13 @@ class LiveStage:
     def _describe(self, status: Status) -> dict[str, Any]:
         told = {"stage": self.name, **asdict(status), **asdict(self._totals)}
         return {**told, "problem": status.problem or self._fault}
+
+    def _actor(self, pilot: str, scene: Scene) -> Pilot:
+        """A pilot by name that has decided once: a first decision may have to load compiled code,
+        which is not for the stage's own thread."""
+        actor = load_pilot(self._workspace, pilot, scene)
+        actor.act(scene, scene.worlds([0]), actor.begin(scene, [0]))
+        return actor
 
     def _next_seed(self) -> int:
         self._worlds += 1

@@ -2,69 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from enum import StrEnum
 
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.errors import ConflictError, not_found
 from evastudio.live.aim import ground_at
 from evastudio.live.inputs import HeldKeys
-from evastudio.world.cast import for_all, of_lead
+from evastudio.live.status import Mode, Phase, Status
+from evastudio.world.bodies import Camera
+from evastudio.world.cast import for_all, led_by, of_lead
 from evastudio.world.rollout import Memory, Pilot
-from evastudio.world.scene import Scene
+from evastudio.world.scene import Percept, Scene
 from evastudio.world.snapshot import Snapshot
+from evastudio.world.spaces import Array, Symbols
 
 COUNTDOWN_S = 3.0
 LATE_SHARE = 0.5
 """A step that begins more than this share of a step after its time is late."""
 STALL_S = 1.0
 """After a longer standstill (a laptop that slept) the clock is set on instead of caught up."""
+FEW = 1000
+"""Among so many characters what a pilot chose for the lead is told; among more it would cost a
+second look at all of them."""
 
-
-class Phase(StrEnum):
-    READY = "ready"
-    COUNTDOWN = "countdown"
-    RECORDING = "recording"
-    PAUSED = "paused"
-    PLAYING = "playing"
-    ENDED = "ended"
-
-
-class Mode(StrEnum):
-    DEMONSTRATE = "demonstrate"
-    PLAY = "play"
-
-
-@dataclass(frozen=True)
-class Status:
-    """What a person needs to know of a stage."""
-
-    phase: Phase
-    mode: Mode | None
-    countdown_s: float
-    pairs: int
-    """Pairs of the running or the last take."""
-    seconds: float
-    """Time in this world."""
-    progress: float
-    outcome: str | None
-    success: bool | None
-    can_undo: bool
-    late_steps: int
-    steps: int
-    drift_s: float
-    """How far the latest step began after its time."""
-    policy: str | None
-    """Who plays: the name of a policy, or of another pilot."""
-    seed: int
-    options: Mapping[str, float]
-    problem: str | None
-    """Why saving does not work at the moment, or None."""
-
-
-Frame = Callable[[Snapshot, bool], None]
-"""Called with the snapshot to draw and whether its world is a new one."""
+Frame = Callable[[Snapshot, bool, Camera], None]
+"""Called with the snapshot to draw, whether its world is a new one, and where it is seen from."""
 
 
 class Stage:
@@ -74,6 +37,10 @@ class Stage:
     `advance` asked for, and calls everything else from that same thread. `now` is seconds of a
     monotonic clock, `wall` seconds since the epoch.
     """
+
+    _before: Snapshot
+    """The world before the latest decision, which drawing comes from."""
+    _after: Snapshot
 
     def __init__(self, scene: Scene, seed: int, now: float) -> None:
         self.scene = scene
@@ -85,8 +52,15 @@ class Stage:
         self.steps = 0
         self.drift_s = 0.0
         self.seed = seed
+        self._lead = 0
+        self._camera: str | None = None
         self._pilot: Pilot | None = None
+        self._others: Pilot | None = None
         self._memory: Memory = {}
+        self._signalled: dict[int, float] = {}
+        self._percept: Percept | None = None
+        self._chose: str | None = None
+        self._seen_from: Camera | None = None
         self._set_scene(scene)
         self._enter(seed)
         self._next_step = now
@@ -97,20 +71,27 @@ class Stage:
 
     # -- commands ------------------------------------------------------------------------------
 
-    def demonstrate(self, scene: Scene, seed: int, now: float, wall: float) -> None:
-        """A new world, a countdown, then every step is recorded. A running take is kept."""
+    def demonstrate(
+        self, scene: Scene, seed: int, now: float, wall: float, others: Pilot | None = None
+    ) -> None:
+        """A new world, a countdown, then every step is recorded. A running take is kept.
+
+        Where many share a world, the keys are the lead's and `others` acts for the rest, who stand
+        still where it is None.
+        """
         if self.recorder is None:
             raise ConflictError("There is no session to record into. Choose or make one first.")
+        memory = {} if others is None else begun(others, scene, seed)
         self.end_take(wall)
         self._set_scene(scene)
         self._enter(seed)
+        self._others, self._memory = others, memory
         self.mode, self.phase = Mode.DEMONSTRATE, Phase.COUNTDOWN
         self._countdown_ends = now + COUNTDOWN_S
 
     def play(self, scene: Scene, pilot: Pilot, seed: int, now: float, wall: float) -> None:
         """`pilot` acts alone in a new world; nothing is recorded."""
-        memory = pilot.begin(scene, [seed])
-        pilot.act(scene, scene.worlds([seed]), memory)  # refuses what does not fit before we leave
+        memory = begun(pilot, scene, seed)
         self.end_take(wall)
         self._set_scene(scene)
         self._enter(seed)
@@ -152,11 +133,40 @@ class Stage:
             fields.index(found.field): float(self.scene.action.high[fields.index(found.field)])
         }
         if found.place is not None:
-            place = ground_at(self.scene.camera(self._after), *(pointer or (0.0, 0.0, 1.0)))
+            seen_from = self._seen_from or self._cameras()[self.camera]
+            place = ground_at(seen_from, *(pointer or (0.0, 0.0, 1.0)))
             meant |= {
                 fields.index(field): value for field, value in zip(found.place, place, strict=True)
             }
         self._signalled |= meant
+
+    def look_through(self, camera: str | None = None) -> None:
+        """See the world from that camera from now on, or from the one after the present one.
+
+        Raises NotFoundError.
+        """
+        known = list(self._cameras())
+        if camera is None:
+            camera = known[(known.index(self.camera) + 1) % len(known)]
+        if camera not in known:
+            raise not_found(f"camera of scene {self.scene.name!r}", camera, known)
+        self._camera = camera
+        self._next_frame = 0.0
+
+    def lead_another(self) -> None:
+        """Guide, and follow with the camera, the next of many characters.
+
+        Raises ConflictError during a take, which is about one of them, or where there is one only.
+        """
+        if not self.scene.characters:
+            raise ConflictError("There is one character only.")
+        if self._recording:
+            raise ConflictError("A take is about one character. Stop it, then choose another.")
+        self._lead = (self._lead + 1) % self.scene.characters[0]
+        self._before = led_by(self._before, self._lead)
+        self._after = led_by(self._after, self._lead)
+        self._percept = None
+        self._next_frame = 0.0
 
     def discard(self, wall: float) -> bool:
         """Throw away the running take, or the last one; whether there was one.
@@ -227,6 +237,12 @@ class Stage:
             steps=self.steps,
             drift_s=self.drift_s,
             policy=None if self._pilot is None else self._pilot.name,
+            others=None if self._others is None else self._others.name,
+            decision=self.decision,
+            decides_s=None if self.decision is None else max(0.0, self._next_step - now),
+            lead=self._lead if self.scene.characters else None,
+            camera=self.camera,
+            cameras=tuple(self._cameras()),
             seed=self.seed,
             options=dict(self.scene.values),
             problem=None if self.recorder is None else self.recorder.problem,
@@ -236,6 +252,22 @@ class Stage:
     def snapshot(self) -> Snapshot:
         """The world after the latest decision."""
         return self._after
+
+    @property
+    def camera(self) -> str:
+        """Name of the scene's camera that it is seen from."""
+        known = list(self._cameras())
+        return self._camera if self._camera in known else known[0]
+
+    @property
+    def decision(self) -> str | None:
+        """See `Status.decision`."""
+        if self.phase is Phase.PLAYING:
+            return self._chose
+        if self.phase is not Phase.RECORDING:
+            return None
+        at = self._next_step
+        return self._symbol(self.keys.foresee(at - self.scene.dt_s, at))
 
     # -- inside --------------------------------------------------------------------------------
 
@@ -248,17 +280,46 @@ class Stage:
     def _running(self) -> bool:
         return self.phase in (Phase.RECORDING, Phase.PLAYING)
 
+    @property
+    def _recording(self) -> bool:
+        paused = self.phase is Phase.PAUSED and self._before_pause is Phase.RECORDING
+        return paused or self.phase is Phase.RECORDING
+
+    def _cameras(self) -> Mapping[str, Camera]:
+        return self.scene.cameras(self._after)
+
+    def _perceived(self) -> Percept:
+        """What everybody perceives now under the scene's first perception."""
+        if self._percept is None:
+            self._percept = self.scene.perception().perceive(self._after)
+        return self._percept
+
+    def _symbol(self, actions: Array) -> str | None:
+        """What `actions` (1, m) of the lead come to, by name; None where that is no symbol."""
+        view = self.scene.perception()
+        chosen = self.scene.chosen(view)
+        if not isinstance(chosen, Symbols) or not view.applies(self._after)[0]:
+            return None
+        frame = of_lead(self._after, self._perceived().frame)
+        code = view.to_own(frame, self.scene.action.clip(actions))
+        return chosen.names[int(code[0, 0])]
+
     def _set_scene(self, scene: Scene) -> None:
         self.scene = scene
         self.keys = HeldKeys(scene.controls, scene.action, scene.dt_s)
 
     def _enter(self, seed: int) -> None:
         self.seed = seed
-        self._before = self._after = self.scene.worlds([seed])
+        if self.scene.characters:
+            self._lead %= self.scene.characters[0]
+        self._after = led_by(self.scene.worlds([seed]), self._lead)
+        self._before = self._after
         self._fresh = True
         self._steps_here = 0
-        self._pilot, self._memory = None, {}
-        self._signalled: dict[int, float] = {}
+        self._pilot = self._others = None
+        self._memory = {}
+        self._signalled = {}
+        self._percept = self._chose = self._seen_from = None
 
     def _rest(self) -> None:
         self.phase, self.mode = Phase.READY, None
@@ -279,8 +340,11 @@ class Stage:
         if self._pilot is not None:
             actions, self._memory = self._pilot.act(self.scene, self._after, self._memory)
         else:
+            theirs = None
+            if self._others is not None:
+                theirs, self._memory = self._others.act(self.scene, self._after, self._memory)
             keys = self.keys.read(at - self.scene.dt_s, at)
-            actions = for_all(self.scene, self._after, keys)
+            actions = for_all(self.scene, self._after, keys, theirs)
         sound = self.scene.action.check(actions.reshape(-1, actions.shape[-1]), "actions chosen")
         actions = self.scene.action.clip(sound).reshape(actions.shape)
         if self._signalled:
@@ -289,9 +353,12 @@ class Stage:
             own, self._signalled = self.scene.action.clip(own), {}
             actions = for_all(self.scene, self._after, own, others=actions)
         if self.phase is Phase.RECORDING and self.recorder is not None:
-            states = of_lead(self._after, self.scene.perception().perceive(self._after).states)
+            states = of_lead(self._after, self._perceived().states)
             self.recorder.add(states, actions, self._after)
+        if self.phase is Phase.PLAYING and math.prod(self.scene.characters) <= FEW:
+            self._chose = self._symbol(of_lead(self._after, actions))
         self._before, self._after = self._after, self.scene.step(self._after, actions)
+        self._percept = None
         self._steps_here += 1
         code = int(self.scene.outcome(self._after)[0])
         if code:
@@ -308,6 +375,14 @@ class Stage:
             share = 1.0 - (self._next_step - now) / self.scene.dt_s
             share = min(max(share, 0.0), 1.0)
             snapshot = self.scene.interpolate(self._before, self._after, share)
+        camera = self._seen_from = self.scene.cameras(snapshot)[self.camera]
         for show in self.on_frame:
-            show(snapshot, self._fresh)
+            show(snapshot, self._fresh, camera)
         self._fresh = False
+
+
+def begun(pilot: Pilot, scene: Scene, seed: int) -> Memory:
+    """The memory of `pilot` for that world; refuses a pilot that does not fit before we leave."""
+    memory = pilot.begin(scene, [seed])
+    pilot.act(scene, scene.worlds([seed]), memory)
+    return memory

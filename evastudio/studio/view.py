@@ -51,15 +51,22 @@ class View:
             if client.camera.update_timestamp > 0.0
         ]
 
-    def show(self, snapshot: Snapshot, fresh: bool = False) -> None:
+    def show(
+        self,
+        snapshot: Snapshot,
+        fresh: bool = False,
+        camera: Camera | None = None,
+    ) -> None:
         """Draw the first world of `snapshot`; `fresh` where it is not the world shown before.
+
+        It is seen from `camera`, or from the scene's own where none is given.
 
         Pose and camera of a frame reach each browser together. The camera is left alone while
         the scene keeps it still, so that a person can look around in a world at rest. Raises
         InvalidInputError, and draws nothing, where the scene gives numbers that cannot be drawn.
         """
         bodies = self.scene.bodies(snapshot)
-        camera = checked_camera(self.scene.camera(snapshot))
+        seen_from = checked_camera(camera or self.scene.camera(snapshot))
         with self._drawing:
             new = [
                 body for body in bodies if fresh or not body.fixed or body.name not in self._nodes
@@ -76,9 +83,9 @@ class View:
                     self._nodes[body.name].draw(placed)
                 for name in self._nodes.keys() - {body.name for body in bodies}:
                     self._nodes.pop(name).remove()
-                if fresh or camera != self._camera:
-                    self._server.set_camera(*camera)
-                    self._camera = camera
+                if fresh or seen_from != self._camera:
+                    self._server.set_camera(*seen_from)
+                    self._camera = seen_from
             self._server.flush()
 
     async def handle(self, websocket: WebSocket) -> None:

@@ -28,6 +28,12 @@ def of_lead(snapshot: Snapshot, values: AnyArray) -> AnyArray:
     return values if lead is None else np.asarray(values[np.arange(len(lead)), lead])
 
 
+def led_by(snapshot: Snapshot, character: int) -> Snapshot:
+    """The same worlds led by `character`. Where one acts alone, `snapshot` as it is."""
+    lead = snapshot.moving.get(LEAD)
+    return snapshot if lead is None else snapshot.after(lead=np.full_like(lead, character))
+
+
 def for_all(scene: Scene, snapshot: Snapshot, actions: Array, others: Array | None = None) -> Array:
     """Actions of all, (worlds, characters, m), of which the lead's are `actions` (worlds, m).
 

@@ -156,9 +156,9 @@ def _rules(scene: Scene, seed: int) -> Iterator[tuple[str, Callable[[], None]]]:
                 )
                 colored = body.colors is None or body.colors.shape == (len(body.positions), 3)
                 _need(colored, f"body {body.name!r} needs one colour for each instance, or none")
-            camera = scene.camera(snapshot)
-            sound = np.isfinite(np.concatenate([camera.position, camera.look_at, camera.up])).all()
-            _need(bool(sound), "the camera is not finite")
+            for name, camera in scene.cameras(snapshot).items():
+                points = np.concatenate([camera.position, camera.look_at, camera.up])
+                _need(bool(np.isfinite(points).all()), f"the camera {name!r} is not finite")
 
     def intends() -> None:
         try:

@@ -215,7 +215,14 @@ class Scene(ABC):
 
     @abstractmethod
     def camera(self, snapshot: Snapshot) -> Camera:
-        """Where the animator sees the first world from."""
+        """Where the animator sees the first world from, unless they choose another camera."""
+
+    def cameras(self, snapshot: Snapshot) -> Mapping[str, Camera]:
+        """Where the first world can be seen from, by what a person reads: 'overview'.
+
+        The first is where one begins. Always of the same names.
+        """
+        return {"chase": self.camera(snapshot)}
 
     # -- what a flight is measured by ----------------------------------------------------------
 

@@ -82,6 +82,19 @@ def test_a_tap_that_arrives_late_counts_too() -> None:
     assert read(held, 10, 3)[:, 0].sum() > 0.01
 
 
+@given(st.lists(st.tuples(st.floats(0.0, 4.0), st.sets(st.sampled_from(["KeyA", "KeyD", "KeyW"])))))
+def test_what_is_foreseen_is_what_is_read_and_takes_nothing_away(
+    presses: list[tuple[float, set[str]]],
+) -> None:
+    held = keys()
+    for at, codes in sorted(presses, key=lambda press: press[0]):
+        held.hold(codes, at * DT)
+    for step in range(6):
+        foreseen = held.foresee(step * DT, (step + 1) * DT)
+        assert np.array_equal(held.foresee(step * DT, (step + 1) * DT), foreseen)
+        assert np.array_equal(held.read(step * DT, (step + 1) * DT), foreseen)
+
+
 def test_centering_forgets_everything() -> None:
     held = keys()
     held.hold(["KeyA", "KeyW"], 0.0)

@@ -10,7 +10,8 @@ import pytest
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError
-from evastudio.live.stage import COUNTDOWN_S, Phase, Stage
+from evastudio.live.stage import COUNTDOWN_S, Stage
+from evastudio.live.status import Phase
 from evastudio.pilots.straight import StraightPilot
 from evastudio.world.scene import Scene
 
@@ -185,7 +186,7 @@ def test_drawing_moves_evenly_between_decisions(stage: Stage, scene: Scene) -> N
     seen: list[float] = []
     fresh: list[bool] = []
 
-    def show(snapshot: object, new: bool) -> None:
+    def show(snapshot: object, new: bool, *_: object) -> None:
         seen.append(float(snapshot["position"][0, 0]))  # type: ignore[index]
         fresh.append(new)
 

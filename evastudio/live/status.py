@@ -1,0 +1,60 @@
+"""How a stage stands: what a person needs to know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Phase(StrEnum):
+    READY = "ready"
+    COUNTDOWN = "countdown"
+    RECORDING = "recording"
+    PAUSED = "paused"
+    PLAYING = "playing"
+    ENDED = "ended"
+
+
+class Mode(StrEnum):
+    DEMONSTRATE = "demonstrate"
+    PLAY = "play"
+
+
+@dataclass(frozen=True)
+class Status:
+    """What a person needs to know of a stage."""
+
+    phase: Phase
+    mode: Mode | None
+    countdown_s: float
+    pairs: int
+    """Pairs of the running or the last take."""
+    seconds: float
+    """Time in this world."""
+    progress: float
+    outcome: str | None
+    success: bool | None
+    can_undo: bool
+    late_steps: int
+    steps: int
+    drift_s: float
+    """How far the latest step began after its time."""
+    policy: str | None
+    """Who plays: the name of a policy, or of another pilot."""
+    others: str | None
+    """Who acts for the others while a person leads one of many; None where they stand still."""
+    decision: str | None
+    """The symbol that the next decision would be as of now, or, where a pilot plays, that it chose
+    last; None where decisions are not symbols, or nothing moves."""
+    decides_s: float | None
+    """Seconds until the next decision falls; None where `decision` is not told."""
+    lead: int | None
+    """Which of many characters a person guides and the camera follows."""
+    camera: str
+    cameras: tuple[str, ...]
+    """Where it can be seen from."""
+    seed: int
+    options: Mapping[str, float]
+    problem: str | None
+    """Why saving does not work at the moment, or None."""
