@@ -14,6 +14,7 @@ STYLE = """
 <style>
 html, body { background: #07090f; }
 [data-dock-root] > :not(:has(canvas)), .mantine-Notifications-root { display: none !important; }
+.picking canvas { cursor: crosshair; }
 </style>
 """
 """The page around the view has the controls, so viser's own are hidden."""

@@ -18,7 +18,6 @@ function useful({ status }) {
   const demonstrating = status?.mode === "demonstrate";
   return {
     steer: demonstrating || (status?.mode ?? null) === null,
-    signal: ["recording", "playing"].includes(status?.phase ?? ""),
     pause: acting,
     again: (status?.mode ?? null) !== null,
     discard: demonstrating,
@@ -40,9 +39,6 @@ export function keyHelp(store) {
           const keys = positive.flatMap((code, i) => [code, negative[i]].filter(Boolean).map(key));
           return make("li", { "data-use": "steer" }, ...keys, ` ${label}`);
         }),
-        ...scene.signals.map(({ label, key: code }) =>
-          make("li", { "data-use": "signal" }, key(code), ` ${label}`),
-        ),
         make("li", { "data-use": "pause" }, key("Space"), " pause"),
         make("li", { "data-use": "again" }, key("KeyR"), " start again"),
         make("li", { "data-use": "discard" }, key("Backspace"), " throw away"),

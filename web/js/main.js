@@ -2,6 +2,7 @@
 
 import { api } from "./api.js";
 import { clips } from "./clips.js";
+import { decisions } from "./decisions.js";
 import { byId } from "./dom.js";
 import { hud } from "./hud.js";
 import { isOpen, jobs } from "./jobs.js";
@@ -12,12 +13,14 @@ import { meaningOf } from "./meaning.js";
 import { session } from "./needs.js";
 import { attempt, notify } from "./notices.js";
 import { options } from "./options.js";
+import { others } from "./others.js";
 import { defaultPolicy, policies } from "./policies.js";
 import { Pointer } from "./pointer.js";
 import { sessions } from "./sessions.js";
 import { steps } from "./steps.js";
 import { Store } from "./store.js";
 import { takes } from "./takes.js";
+import { tools } from "./tools.js";
 import { plural } from "./words.js";
 
 /** @typedef {import("./types.js").Job} Job */
@@ -31,6 +34,7 @@ const store = new Store({
   takes: [],
   policies: [],
   policy: null,
+  others: null,
   learner: "svr",
   options: {},
   jobs: [],
@@ -146,6 +150,8 @@ async function reload(policy = store.state.policy) {
 // -- the person ----------------------------------------------------------------------------------
 
 let sequence = 0;
+/** @param {string} name @param {import("./pointer.js").Place | null} place */
+const signal = (name, place) => link.command("signal", { signal: name, pointer: place });
 const pointer = new Pointer(view);
 const keys = new Keys(
   (event, onControl) => meaningOf(store.state, event, onControl),
@@ -154,7 +160,7 @@ const keys = new Keys(
     link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence });
   },
   (name) => link.command(name),
-  (signal) => link.command("signal", { signal, pointer: pointer.place() }),
+  (name) => signal(name, pointer.place()),
 );
 keys.attachFrame(view);
 store.watch(({ status }) => {
@@ -174,7 +180,8 @@ const onSession = (work) =>
 
 steps(store, {
   demonstrate: () => {
-    link.command("demonstrate", { options: store.state.options });
+    const { options, others } = store.state;
+    link.command("demonstrate", { options, others });
     focusView();
   },
   clean: () => onSession(async (id) => onJob(await api.clean(id))),
@@ -200,7 +207,7 @@ sessions(store, {
   chooseScene: (name) => {
     const scene = store.state.scenes.find((one) => one.name === name) ?? null;
     localStorage.setItem(LAST_SCENE, name);
-    store.set({ scene, session: null, takes: [], policy: null, options: {}, status: null });
+    store.set({ scene, session: null, takes: [], policy: null, others: null, options: {}, status: null });
     link.connect(true);
   },
   chooseSession: (id) => {
@@ -211,11 +218,27 @@ sessions(store, {
   },
 });
 
+tools(store, pointer, {
+  signal: (name, place) => {
+    signal(name, place);
+    focusView();
+  },
+  camera: () => {
+    link.command("camera");
+    focusView();
+  },
+  another: () => {
+    link.command("another");
+    focusView();
+  },
+});
 takes(store, reload);
 options(store);
 policies(store);
+others(store);
 clips(store);
 jobs(store);
 hud(store);
+decisions(store);
 keyHelp(store);
 link.connect();

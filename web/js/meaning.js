@@ -40,6 +40,10 @@ export function meaningOf(state, event, onControl) {
       return mode === "demonstrate" ? { kind: "command", name: "discard" } : null;
     case "KeyU":
       return status.can_undo ? { kind: "command", name: "undo" } : null;
+    case "KeyV":
+      return status.cameras.length > 1 ? { kind: "command", name: "camera" } : null;
+    case "KeyC":
+      return status.lead !== null ? { kind: "command", name: "another" } : null;
     case "Escape":
       return mode === null ? null : { kind: "command", name: "stop" };
     default:

@@ -1,8 +1,11 @@
-/** Sliders for the options of the scene; they hold for the next world. */
+/** Sliders and fields for the options of the scene; they hold for the next world. */
 
 import { byId, make, say } from "./dom.js";
 
 /** @typedef {import("./types.js").Option} Option */
+
+/** Steps from which on a slider is too coarse for a hand, and a number is typed. */
+const FINE = 2000;
 
 /** @param {import("./store.js").Store} store */
 export function options(store) {
@@ -12,7 +15,7 @@ export function options(store) {
     if (scene === null) return;
     if (built !== scene.name) {
       built = scene.name;
-      const [first, ...others] = scene.options.map((option) => slider(option, store));
+      const [first, ...others] = scene.options.map((option) => control(option, store));
       const more = make("details", {}, make("summary", {}, "More of the world"), ...others);
       box.replaceChildren(...(first ? [first] : []), ...(others.length ? [more] : []));
     }
@@ -29,17 +32,19 @@ export function options(store) {
  * @param {Option} option
  * @param {import("./store.js").Store} store
  */
-function slider(option, store) {
+function control(option, store) {
   const id = `option-${option.name}`;
+  const typed = (option.high - option.low) / option.step > FINE;
   const input = make("input", {
     id,
-    type: "range",
+    type: typed ? "number" : "range",
     min: String(option.low),
     max: String(option.high),
     step: String(option.step),
   });
   input.value = String(store.state.options[option.name] ?? option.default);
   input.addEventListener("input", () => {
+    if (!input.value || !input.validity.valid) return;
     const options = { ...store.state.options, [option.name]: Number(input.value) };
     store.set({ options });
   });
@@ -47,7 +52,6 @@ function slider(option, store) {
     "div",
     { class: "option", title: option.help },
     make("label", { for: id }, option.label),
-    make("output", { for: id }),
-    input,
+    ...(typed ? [input] : [make("output", { for: id }), input]),
   );
 }

@@ -4,9 +4,10 @@
  * @typedef {{name: string, label: string, default: number, low: number, high: number,
  *   step: number, help: string}} Option
  * @typedef {{field: string, label: string, negative: string[], positive: string[]}} Control
+ * @typedef {{name: string, label: string, key: string, placed: boolean}} Signal
  * @typedef {{name: string, title: string, version: number, dt_s: number, options: Option[],
- *   controls: Control[], signals: {name: string, label: string, key: string}[], symbols: string[], outcomes: string[], successes: string[],
- *   people: boolean}} Scene
+ *   controls: Control[], signals: Signal[], symbols: string[], outcomes: string[],
+ *   successes: string[], many: boolean, people: boolean}} Scene
  * @typedef {{name: string, label: string, file: string | null, clip: string | null,
  *   problem: string | null}} Activity
  * @typedef {{folder: string, files: {name: string, clips: string[], problem: string | null}[],
@@ -27,7 +28,9 @@
  *   pairs: number, seconds: number, takes_kept: number, pairs_kept: number,
  *   session: {id: number, name: string} | null, progress: number, outcome: string | null,
  *   success: boolean | null, can_undo: boolean, late_steps: number, steps: number,
- *   policy: string | null, problem: string | null, options: Record<string, number>}} Status
+ *   policy: string | null, others: string | null, decision: string | null,
+ *   decides_s: number | null, lead: number | null, camera: string, cameras: string[],
+ *   problem: string | null, options: Record<string, number>}} Status
  * @typedef {{id: string, view: string, socket: string}} Stage
  *
  * What the page knows at a moment.
@@ -39,6 +42,7 @@
  * @property {Take[]} takes of that session
  * @property {Policy[]} policies
  * @property {string | null} policy the one that plays
+ * @property {string | null} others the policy of everybody else; null: they stand still
  * @property {string} learner of those the page offers
  * @property {Record<string, number>} options for the next world
  * @property {Job[]} jobs that wait or run

@@ -1,0 +1,90 @@
+/** The buttons over the 3D view: signals of the scene, another character, another camera. */
+
+import { byId, make, say } from "./dom.js";
+import { notify } from "./notices.js";
+import { keyName } from "./words.js";
+
+/** @typedef {import("./types.js").State} State */
+/** @typedef {import("./types.js").Status} Status */
+/** @typedef {import("./pointer.js").Place} Place */
+
+/** @param {Status} status */
+const recording = ({ phase, mode, countdown_s }) =>
+  mode === "demonstrate" && (phase === "recording" || (phase === "paused" && countdown_s === 0));
+
+/**
+ * @param {import("./store.js").Store} store
+ * @param {import("./pointer.js").Pointer} pointer
+ * @param {{signal: (name: string, place: Place | null) => void, camera: () => void,
+ *   another: () => void}} act
+ */
+export function tools(store, pointer, act) {
+  const box = byId("tools", HTMLElement);
+  /** @type {Map<string, HTMLButtonElement>} By id. */
+  const buttons = new Map();
+  let built = "";
+
+  /**
+   * @param {string} id
+   * @param {string} code
+   * @param {() => void} work
+   */
+  function button(id, code, work) {
+    const made = make("button", { type: "button", id, "aria-keyshortcuts": keyName(code) });
+    made.append(make("span"), make("kbd", { "data-code": code }, keyName(code)));
+    made.addEventListener("click", () => {
+      const missing = made.title;
+      if (missing) notify(missing);
+      else work();
+    });
+    buttons.set(id, made);
+    return made;
+  }
+
+  /**
+   * @param {string} id
+   * @param {string} text
+   * @param {string | null} missing why it cannot be pressed now
+   * @param {boolean} [hidden]
+   */
+  function tell(id, text, missing, hidden = false) {
+    const made = buttons.get(id);
+    if (made === undefined) return;
+    made.hidden = hidden;
+    say(/** @type {HTMLElement} */ (made.firstElementChild), text);
+    made.setAttribute("aria-disabled", String(missing !== null));
+    made.title = missing ?? "";
+  }
+
+  /** @param {import("./types.js").Signal} signal */
+  async function give({ name, label, placed }) {
+    if (!placed) return act.signal(name, null);
+    if (pointer.picking) return pointer.cancel();
+    notify(`Click in the view where to ${label}.`);
+    const place = await pointer.pick();
+    if (place !== null) act.signal(name, place);
+  }
+
+  store.watch(({ scene, status }) => {
+    if (scene === null) return;
+    if (built !== scene.name) {
+      built = scene.name;
+      box.replaceChildren(
+        ...scene.signals.map((one) => button(`signal-${one.name}`, one.key, () => give(one))),
+        button("another", "KeyC", act.another),
+        button("camera", "KeyV", act.camera),
+      );
+    }
+    const moves = ["recording", "playing"].includes(status?.phase ?? "");
+    if (!moves) pointer.cancel();
+    for (const { name, label } of scene.signals) {
+      const words = label.charAt(0).toUpperCase() + label.slice(1);
+      const still = moves ? null : "Nothing moves at the moment. Demonstrate or play first.";
+      tell(`signal-${name}`, words, still);
+    }
+    const one = status && recording(status) ? "A take is about one character. Stop it first." : null;
+    tell("another", "Another character", one, (status?.lead ?? null) === null);
+    const cameras = status?.cameras ?? [];
+    tell("camera", `Camera: ${status?.camera ?? ""}`, null, cameras.length < 2);
+  });
+}
