@@ -1,8 +1,9 @@
 """EVA Studio: policies for virtual characters, learned from demonstrations.
 
 The same functions as the command line: `record`, `sessions`, `clean`, `diagnose`, `tune`, `fit`,
-`evaluate`, `scenes`, `check`; each but `check` takes a `Workspace` first. Importing the package
-registers every shipped scene with Gymnasium: `gymnasium.make("evastudio/Asteroids-v0")`.
+`evaluate`, `evaluations`, `repeat_evaluation`, `scenes`, `check`; each but `check` takes a
+`Workspace` first. Importing the package registers every shipped scene with Gymnasium:
+`gymnasium.make("evastudio/Asteroids-v0")`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from evastudio.workspace import shipped
 if TYPE_CHECKING:
     from evastudio.learning.policy_files import load_policy, save_policy
     from evastudio.live.diagnosing import diagnose
-    from evastudio.live.headless import clean, evaluate, fit, record, scenes, sessions
+    from evastudio.live.evaluating import evaluate, evaluations, repeat_evaluation
+    from evastudio.live.headless import clean, fit, record, scenes, sessions
     from evastudio.live.tuning import tune
     from evastudio.workspace import Workspace
     from evastudio.world.check import check_file as check
@@ -29,12 +31,14 @@ _FROM = {
     "check": "evastudio.world.check",
     "clean": "evastudio.live.headless",
     "diagnose": "evastudio.live.diagnosing",
-    "evaluate": "evastudio.live.headless",
+    "evaluate": "evastudio.live.evaluating",
+    "evaluations": "evastudio.live.evaluating",
     "fit": "evastudio.live.headless",
     "load_policy": "evastudio.learning.policy_files",
     "record": "evastudio.live.headless",
     "save_policy": "evastudio.learning.policy_files",
     "scenes": "evastudio.live.headless",
+    "repeat_evaluation": "evastudio.live.evaluating",
     "sessions": "evastudio.live.headless",
     "tune": "evastudio.live.tuning",
 }
@@ -45,9 +49,11 @@ __all__ = [
     "clean",
     "diagnose",
     "evaluate",
+    "evaluations",
     "fit",
     "load_policy",
     "record",
+    "repeat_evaluation",
     "save_policy",
     "scenes",
     "sessions",

@@ -41,6 +41,7 @@ OptionsOption = Annotated[
 DelayOption = Annotated[
     str, typer.Option("--delay", help="Reaction delay to take out: auto, off, or seconds.")
 ]
+JobsOption = Annotated[int, typer.Option(help="Processes at once.", min=1)]
 HERE = Path()
 
 
@@ -360,16 +361,17 @@ def evaluate(
     like: Annotated[
         str | None, typer.Option(help="The one of them that the others should move like.")
     ] = None,
-    jobs: Annotated[int, typer.Option(help="Processes at once.", min=1)] = 1,
+    jobs: JobsOption = 1,
     workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
     json_output: JsonFlag = False,
 ) -> None:
     """Fly policies through the same new worlds, and compare them world by world."""
-    from evastudio.live import headless
+    from evastudio.live import evaluating
 
     with _bar(json_output) as progress:
-        result = headless.evaluate(
-            Workspace(workspace),
+        result = evaluating.evaluate(
+            Workspace(workspace, store),
             policies,
             scene=scene,
             worlds=worlds,
@@ -382,7 +384,7 @@ def evaluate(
     if json_output:
         _print(result, True)
     else:
-        _print(*_evaluated(result))
+        _print_figures(result)
         for pair in result["differences"]:
             ours, theirs = pair.pop("pilots")
             print(f"\n{ours} less {theirs}, world by world")
@@ -396,6 +398,37 @@ def evaluate(
             )
 
 
+@app.command()
+def evaluations(
+    again: Annotated[
+        int | None, typer.Option(help="Make the evaluation of this id again, and compare.")
+    ] = None,
+    scene: Annotated[str | None, typer.Option(help="Only those of this scene.")] = None,
+    jobs: JobsOption = 1,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """List the evaluations kept, or make one again to see that nothing differs."""
+    from evastudio.live import evaluating
+
+    place = Workspace(workspace, store)
+    if again is not None:
+        with _bar(json_output) as progress:
+            _print(
+                evaluating.repeat_evaluation(place, again, jobs=jobs, progress=progress),
+                json_output,
+            )
+        return
+    found = evaluating.evaluations(place, scene)
+    rows = [{**one, **one["asked"], "policies": list(one["asked"]["policies"])} for one in found]
+    _print(
+        found if json_output else rows,
+        json_output,
+        ("id", "scene", "policies", "worlds", "seed", "options"),
+    )
+
+
 def main() -> None:
     """Run the command line: what is refused is one sentence and exit code 2."""
     try:
@@ -405,16 +438,18 @@ def main() -> None:
         sys.exit(2)
 
 
-def _evaluated(result: dict[str, Any]) -> tuple[list[dict[str, Any]], bool, tuple[str, ...]]:
-    """What `_print` makes a table of: a row for each policy, the mean of each figure."""
+def _print_figures(result: dict[str, Any]) -> None:
+    """A column for each policy; means, with the interval of the success rate."""
     policies = result["policies"]
     figures = list(dict.fromkeys(name for one in policies.values() for name in one["figures"]))
-    rows = []
-    for name, one in policies.items():
-        known = {figure: (one["figures"].get(figure) or {}).get("mean") for figure in figures}
-        rows.append({"policy": name, **one, "95 %": one["interval"], **known})
-    columns = ("policy", "success_rate", "95 %", *figures, "unlike", "decision_us")
-    return rows, False, columns
+    rows: list[dict[str, Any]] = []
+    for key in ("success_rate", "interval", *figures, "unlike", "decision_us"):
+        row: dict[str, Any] = {"": "95 %" if key == "interval" else key}
+        for name, one in policies.items():
+            found = one["figures"].get(key) if key in figures else one[key]
+            row[name] = found["mean"] if isinstance(found, dict) else found
+        rows.append(row)
+    _print(rows, False, ("", *policies))
 
 
 def _options(density: float | None, pairs: list[str] | None) -> dict[str, float]:

@@ -183,6 +183,27 @@ class FitIn(Model):
     name: Annotated[str, Field(max_length=80)] | None = None
 
 
+class EvaluateIn(Model):
+    scene: Name
+    policies: Annotated[list[Name], Field(min_length=1, max_length=20)]
+    """Policies, scripted demonstrators or other pilots, by name."""
+    options: dict[str, float] = {}
+    worlds: Annotated[int, Field(ge=1, le=100_000)] = 100
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+    like: Name | None = None
+    """The one of them that the others should move like."""
+
+
+class EvaluationOut(Model):
+    id: int
+    scene: str
+    created_at: float
+    asked: Mapping[str, Any]
+    """What makes it again."""
+    versions: Mapping[str, str]
+    result: Mapping[str, Any]
+
+
 class JobOut(Model):
     id: int
     kind: str

@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import uuid
 
-from sqlalchemy import Engine, ExceptionContext, create_engine, event, insert, inspect, select
+from sqlalchemy import (
+    Engine,
+    ExceptionContext,
+    create_engine,
+    event,
+    insert,
+    inspect,
+    select,
+    update,
+)
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, SQLAlchemyError
 
@@ -78,6 +87,10 @@ def _prepare(engine: Engine, shown: str) -> None:
                 f"The session store {shown!r} has version {version}, this program reads up to "
                 f"{schema.VERSION}. Update evastudio to open it."
             )
+        if version < schema.VERSION:
+            # So far every version only added tables.
+            schema.metadata.create_all(connection)
+            connection.execute(update(schema.store).values(version=schema.VERSION))
 
 
 def _tune_sqlite(connection: object, _: object) -> None:

@@ -16,8 +16,9 @@ from sqlalchemy import (
     Text,
 )
 
-VERSION = 1
-"""Raised with every change of the tables; a store of a newer version is refused."""
+VERSION = 2
+"""Raised with every change of the tables; a store of a newer version is refused. 2 added the
+evaluations."""
 
 metadata = MetaData()
 
@@ -92,3 +93,16 @@ marks = Table(
     Column("mask", LargeBinary, nullable=False),
 )
 """One bit for each pair of a take that a cleaning looked at."""
+
+evaluations = Table(
+    "evaluations",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("scene", String(200), nullable=False, index=True),
+    Column("created_at", Float, nullable=False),
+    Column("asked", Text, nullable=False),
+    Column("versions", Text, nullable=False),
+    Column("result", Text, nullable=False),
+    Column("arrays", LargeBinary, nullable=False),
+)
+"""`asked` is what makes it again, `result` the summary, `arrays` every world's figures, packed."""

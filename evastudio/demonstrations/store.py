@@ -40,12 +40,13 @@ class Store:
     def __init__(self, url: str) -> None:
         """Open or make the store at the SQLAlchemy URL `url`. Raises StorageError."""
         self.url = url
-        self._engine = open_engine(url)
-        with self._engine.connect() as connection:
+        self.engine = open_engine(url)
+        """Of the database, for what else is kept in it."""
+        with self.engine.connect() as connection:
             self.identity: str = connection.execute(select(schema.store.c.identity)).scalar_one()
 
     def close(self) -> None:
-        self._engine.dispose()
+        self.engine.dispose()
 
     def __enter__(self) -> Store:
         return self
@@ -67,7 +68,7 @@ class Store:
             "created_at": now,
             "made_by": made_by,
         }
-        with self._engine.begin() as connection:
+        with self.engine.begin() as connection:
             result = connection.execute(insert(schema.sessions).values(**values))
             return _new_id(result.inserted_primary_key)
 
@@ -76,7 +77,7 @@ class Store:
         query = select(schema.sessions).order_by(schema.sessions.c.id.desc())
         if scene is not None:
             query = query.where(schema.sessions.c.scene == scene)
-        with self._engine.connect() as connection:
+        with self.engine.connect() as connection:
             return session_records(connection, query)
 
     def session(self, reference: int | str) -> SessionRecord:
@@ -85,7 +86,7 @@ class Store:
         Of several sessions of one name it is the newest.
         """
         table = schema.sessions
-        with self._engine.connect() as connection:
+        with self.engine.connect() as connection:
             found: list[SessionRecord] = []
             if str(reference).isdecimal() and int(reference) <= LARGEST_ID:
                 found = session_records(
@@ -103,7 +104,7 @@ class Store:
     def count_sessions(self, scene: str) -> int:
         """How many sessions of a scene there are."""
         query = select(func.count()).where(schema.sessions.c.scene == scene)
-        with self._engine.connect() as connection:
+        with self.engine.connect() as connection:
             return int(connection.execute(query).scalar_one())
 
     # -- takes ---------------------------------------------------------------------------------
@@ -120,7 +121,7 @@ class Store:
     ) -> int:
         """A new take, without pairs so far; its id. `fixed` are a snapshot's, of one world."""
         table = schema.takes
-        with self._engine.begin() as connection:
+        with self.engine.begin() as connection:
             last = select(func.max(table.c.number)).where(table.c.session_id == session)
             result = connection.execute(
                 insert(table).values(
@@ -152,7 +153,7 @@ class Store:
         """
         arrays = {MOVING + name: array for name, array in moving.items()}
         packed = pack({"states": states, "actions": actions, **arrays})
-        with self._engine.begin() as connection:
+        with self.engine.begin() as connection:
             connection.execute(
                 insert(schema.chunks).values(
                     take_id=take, first_step=first_step, steps=len(actions), arrays=packed
@@ -177,7 +178,7 @@ class Store:
         gone = select(takes.c.id).where(
             takes.c.session_id == session, takes.c.trashed_at.is_not(None)
         )
-        with self._engine.begin() as connection:
+        with self.engine.begin() as connection:
             ids = list(connection.execute(gone).scalars())
             for table in (schema.chunks, schema.marks):
                 connection.execute(delete(table).where(table.c.take_id.in_(ids)))
@@ -190,12 +191,12 @@ class Store:
         if trashed is not None:
             at = schema.takes.c.trashed_at
             query = query.where(at.is_not(None) if trashed else at.is_(None))
-        with self._engine.connect() as connection:
+        with self.engine.connect() as connection:
             return [take_record(row) for row in connection.execute(query)]
 
     def take(self, take: int) -> TakeRecord:
         """One take. Raises NotFoundError."""
-        with self._engine.connect() as connection:
+        with self.engine.connect() as connection:
             row = connection.execute(takes_query().where(schema.takes.c.id == take)).one_or_none()
         if row is None:
             raise _no_take(take)
@@ -204,7 +205,7 @@ class Store:
     def load_take(self, take: int) -> TakeData:
         """The content of a take. Raises NotFoundError, and StorageError where it is damaged."""
         chunks = schema.chunks
-        with self._engine.connect() as connection:
+        with self.engine.connect() as connection:
             packed = connection.execute(
                 select(schema.takes.c.fixed).where(schema.takes.c.id == take)
             ).scalar_one_or_none()
@@ -232,7 +233,7 @@ class Store:
     def _change_take(self, take: int, **values: Any) -> None:
         if not 0 < take <= LARGEST_ID:
             raise _no_take(take)
-        with self._engine.begin() as connection:
+        with self.engine.begin() as connection:
             query = update(schema.takes).where(schema.takes.c.id == take).values(**values)
             if connection.execute(query).rowcount == 0:
                 raise _no_take(take)
@@ -243,7 +244,7 @@ class Store:
         self, session: int, settings: Mapping[str, Any], marks: Marks, now: float
     ) -> int:
         """Put a cleaning in force; its id. Pairs are marked, never deleted."""
-        with self._engine.begin() as connection:
+        with self.engine.begin() as connection:
             result = connection.execute(
                 insert(schema.cleanings).values(
                     session_id=session, created_at=now, settings=json.dumps(dict(settings))
@@ -264,7 +265,7 @@ class Store:
 
     def undo_cleaning(self, session: int) -> bool:
         """Take the cleaning in force back; the one before it, if any, is in force again."""
-        with self._engine.begin() as connection:
+        with self.engine.begin() as connection:
             cleaning = connection.execute(cleaning_query(session)).scalar_one_or_none()
             if cleaning is None:
                 return False
@@ -274,7 +275,7 @@ class Store:
 
     def marks(self, session: int) -> Marks:
         """The conflicts of the cleaning in force, by take; empty where there is none."""
-        with self._engine.connect() as connection:
+        with self.engine.connect() as connection:
             cleaning = connection.execute(cleaning_query(session)).scalar_one_or_none()
             rows = connection.execute(
                 select(schema.marks).where(schema.marks.c.cleaning_id == cleaning)

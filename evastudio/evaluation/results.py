@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.evaluation.interval import Interval, mean_interval, wilson_interval
 from evastudio.evaluation.pairing import Difference, compare_figures, compare_rates
+from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Array
 
 SUCCESS = "success_rate"
@@ -113,6 +114,30 @@ class Comparison:
                 if difference is not None:
                     found[name] = difference
         return found
+
+    def to_arrays(self) -> dict[str, AnyArray]:
+        """What `from_arrays` makes it of again, beside its JSON."""
+        arrays: dict[str, AnyArray] = {}
+        for number, one in enumerate(self.pilots.values()):
+            arrays |= {f"{number}.outcomes": one.outcomes, f"{number}.succeeded": one.succeeded}
+            arrays |= {f"{number}.figures.{name}": each for name, each in one.figures.items()}
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, told: Mapping[str, Any], arrays: Mapping[str, AnyArray]) -> Self:
+        """The comparison whose JSON is `told` and whose worlds are in `arrays`."""
+        pilots = {}
+        for number, (name, one) in enumerate(told["pilots"].items()):
+            pilots[name] = Evaluation(
+                pilot=name,
+                endings=tuple(one["outcomes"]),
+                outcomes=arrays[f"{number}.outcomes"],
+                succeeded=arrays[f"{number}.succeeded"],
+                figures={each: arrays[f"{number}.figures.{each}"] for each in one["figures"]},
+                unlike=one["unlike"],
+                decision_us=one["decision_us"],
+            )
+        return cls(told["scene"], told["seed"], told["worlds"], pilots, told["like"])
 
     def to_json(self) -> dict[str, Any]:
         """The figures, as JSON holds them; all but `decision_us` repeat exactly."""

@@ -9,7 +9,7 @@ import json
 import shlex
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,14 +21,12 @@ from numpy.typing import NDArray
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, StorageError, not_found
-from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
 from evastudio.learning.catalog import (
     checked_policy_name,
     find_policy_file,
     policy_name_from,
 )
 from evastudio.learning.cleaning import N_NEIGHBORS, THRESHOLD, Progress, clean_pairs, silent
-from evastudio.learning.compiled import ensure_compiled
 from evastudio.learning.delay import Asked
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy import find_learner
@@ -318,43 +316,6 @@ def load_pilot(workspace: Workspace, reference: str, scene: Scene) -> Pilot:
         pilot = PolicyPilot(load_policy(path), path.name.removesuffix(SUFFIX))
         pilot.check(scene)
     return pilot if plain == reference else GuardedPilot(pilot)
-
-
-def evaluate(
-    workspace: Workspace,
-    policies: Sequence[str],
-    *,
-    scene: str | None = None,
-    worlds: int = 100,
-    seed: int = 0,
-    options: Mapping[str, float] | None = None,
-    like: str | None = None,
-    jobs: int = 1,
-    progress: Progress = silent,
-) -> dict[str, Any]:
-    """Fly every policy (or scripted pilot) through the same `worlds` new worlds.
-
-    The scene is the first policy's unless it is given. `like` is the pilot, one of them, that the
-    others should move like.
-    """
-    if not policies:
-        raise InvalidInputError("No policy was given; name at least one to evaluate.")
-    ensure_compiled()  # figures must not depend on what was compiled before
-    if scene is None:
-        plain = [name.removeprefix(GUARDED) for name in policies]
-        files = [name for name in plain if not name.startswith("scripted:") and name != "straight"]
-        if files:
-            first = load_policy(find_policy_file(files[0], workspace.policy_folders))
-            scene = first.scene_name
-        else:
-            scene = "asteroids"
-    place = make_scene(workspace, scene, options)
-    pilots = {name: load_pilot(workspace, name, place) for name in policies}
-    result = evaluate_pilots(
-        place, pilots, worlds=worlds, seed=seed, like=like, n_jobs=jobs, progress=progress
-    ).to_json()
-    result["policies"] = result.pop("pilots")
-    return result
 
 
 def _unless_auto(delay: Asked) -> Asked | None:

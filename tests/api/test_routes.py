@@ -114,9 +114,43 @@ def test_a_program_flies_cleans_fits_and_plays(studio: Studio) -> None:
     assert studio.client.get(f"{API}/stages/{stage['id']}").status_code == 404
 
 
+def test_a_program_compares_pilots_on_the_same_worlds(studio: Studio) -> None:
+    stage = studio.client.post(f"{API}/stages", json={"scene": "asteroids"}).json()
+    names = ["asteroids-careful", "straight"]
+    body = {"scene": "asteroids", "policies": names, "worlds": 5, "options": {"density": 0.5}}
+
+    async def compare() -> dict[str, Any]:
+        async with drive(studio, stage) as socket:
+            job = studio.client.post(f"{API}/evaluations", json=body).json()
+            told = await until(socket, ended(job["id"]))
+            assert told["state"] == "done", told
+            return told["result"]
+
+    told = asyncio.run(compare())
+    kept = studio.client.get(f"{API}/evaluations/{told['evaluation']}").json()
+    assert list(kept["result"]["pilots"]) == names
+    assert kept["result"]["pilots"] == told["policies"]
+    (difference,) = kept["result"]["differences"]
+    assert difference["pilots"] == names
+    listed = studio.client.get(f"{API}/evaluations", params={"scene": "asteroids"}).json()
+    assert kept in listed["items"]
+    assert studio.client.get(f"{API}/evaluations", params={"scene": "crowd"}).json()["items"] == []
+
+
 @pytest.mark.parametrize(
     ("method", "path", "body", "status", "says"),
     [
+        ("GET", "/evaluations/999", None, 404, "no evaluation"),
+        ("POST", "/evaluations", {"scene": "asteroids", "policies": []}, 422, "policies"),
+        ("POST", "/evaluations", {"scene": "asteroids", "policies": ["ghost"]}, 404, "ghost"),
+        ("POST", "/evaluations", {"scene": "nowhere", "policies": ["straight"]}, 404, "no scene"),
+        (
+            "POST",
+            "/evaluations",
+            {"scene": "crowd", "policies": ["asteroids-careful"]},
+            409,
+            "made for scene",
+        ),
         ("GET", "/scenes/nowhere", None, 404, "no scene 'nowhere'"),
         ("GET", "/sessions/999", None, 404, "no session '999'"),
         ("GET", "/sessions/999/takes", None, 404, "no session '999'"),

@@ -1,0 +1,135 @@
+"""Evaluations by name: the same worlds for every policy, kept in the store, and made again."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from evastudio.demonstrations.store import Store
+from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.evaluation import archive
+from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
+from evastudio.evaluation.results import Comparison
+from evastudio.learning.catalog import find_policy_file
+from evastudio.learning.cleaning import Progress, silent
+from evastudio.learning.compiled import ensure_compiled
+from evastudio.learning.policy_files import load_policy
+from evastudio.live.headless import load_pilot, make_scene
+from evastudio.pilots.guard import GUARDED
+from evastudio.workspace import Workspace
+from evastudio.world.scene import Scene
+
+
+def evaluate(
+    workspace: Workspace,
+    policies: Sequence[str],
+    *,
+    scene: str | None = None,
+    worlds: int = 100,
+    seed: int = 0,
+    options: Mapping[str, float] | None = None,
+    like: str | None = None,
+    jobs: int = 1,
+    clock: Callable[[], float] = time.time,
+    progress: Progress = silent,
+) -> dict[str, Any]:
+    """Fly every policy (or scripted pilot) through the same `worlds` new worlds.
+
+    The scene is the first policy's unless it is given. `like` is the pilot, one of them, that the
+    others should move like. The result is kept in the store, as `evaluation`.
+    """
+    if not policies:
+        raise InvalidInputError("No policy was given; name at least one to evaluate.")
+    place = make_scene(workspace, scene or _scene_of(workspace, policies), options)
+    compared = _compare(workspace, place, policies, worlds, seed, like, jobs, progress)
+    asked = {
+        "policies": {name: _fingerprint(workspace, name) for name in policies},
+        "scene": place.name,
+        "options": dict(place.values),
+        "worlds": worlds,
+        "seed": seed,
+        "like": like,
+    }
+    with Store(workspace.ready().store_url) as store:
+        number = archive.save_evaluation(store, compared, asked, clock())
+    return {"evaluation": number, **_told(compared)}
+
+
+def evaluations(workspace: Workspace, scene: str | None = None) -> list[dict[str, Any]]:
+    """Every evaluation kept, newest first, without its worlds."""
+    with Store(workspace.ready().store_url) as store:
+        return [asdict(record) for record in archive.evaluations(store, scene)]
+
+
+def repeat_evaluation(
+    workspace: Workspace, number: int, *, jobs: int = 1, progress: Progress = silent
+) -> dict[str, Any]:
+    """Make a stored evaluation again from what it recorded; what differs, bit for bit.
+
+    `changed` lists what is not as it was (policies, versions), which may be why. Nothing is
+    stored. Raises NotFoundError for an evaluation, scene or policy that is gone.
+    """
+    with Store(workspace.ready().store_url) as store:
+        record, before = archive.find_evaluation(store, number)
+    asked = record.asked
+    place = make_scene(workspace, record.scene, asked["options"])
+    names = list(asked["policies"])
+    after = _compare(
+        workspace, place, names, asked["worlds"], asked["seed"], asked["like"], jobs, progress
+    )
+    changed = [
+        f"policy {name}"
+        for name, mark in asked["policies"].items()
+        if mark != _fingerprint(workspace, name)
+    ]
+    now = {**archive.versions(), "scene": str(place.version)}
+    then = {**record.versions, "scene": str(before.scene["version"])}
+    changed += [
+        f"{name} {then.get(name)}, now {now[name]}" for name in now if now[name] != then.get(name)
+    ]
+    differs = archive.differing(before, after)
+    return {"evaluation": number, "same": not differs, "differs": differs, "changed": changed}
+
+
+def _compare(
+    workspace: Workspace,
+    place: Scene,
+    policies: Sequence[str],
+    worlds: int,
+    seed: int,
+    like: str | None,
+    jobs: int,
+    progress: Progress,
+) -> Comparison:
+    ensure_compiled()  # figures must not depend on what was compiled before
+    pilots = {name: load_pilot(workspace, name, place) for name in policies}
+    return evaluate_pilots(
+        place, pilots, worlds=worlds, seed=seed, like=like, n_jobs=jobs, progress=progress
+    )
+
+
+def _told(compared: Comparison) -> dict[str, Any]:
+    told = compared.to_json()
+    told["policies"] = told.pop("pilots")
+    return told
+
+
+def _scene_of(workspace: Workspace, policies: Sequence[str]) -> str:
+    """The scene that the first of `policies` that comes from a file was made for."""
+    for name in policies:
+        plain = name.removeprefix(GUARDED)
+        if not plain.startswith("scripted:") and plain != "straight":
+            return load_policy(find_policy_file(plain, workspace.policy_folders)).scene_name
+    return "asteroids"
+
+
+def _fingerprint(workspace: Workspace, name: str) -> str | None:
+    """SHA-256 of a policy's file, hexadecimal; None for a pilot that is a program."""
+    try:
+        path = find_policy_file(name.removeprefix(GUARDED), workspace.policy_folders)
+    except NotFoundError:
+        return None
+    return hashlib.sha256(path.read_bytes()).hexdigest()

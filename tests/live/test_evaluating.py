@@ -1,0 +1,58 @@
+"""Evaluations by name, kept and made again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import evastudio
+from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.workspace import Workspace
+
+OPTIONS = {"density": 3.0}
+
+
+def test_an_evaluation_is_kept_and_repeats_bit_for_bit(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    told = evastudio.evaluate(
+        workspace,
+        ["asteroids-careful", "scripted:human"],
+        worlds=6,
+        seed=9,
+        options=OPTIONS,
+        like="scripted:human",
+        clock=lambda: 5.0,
+    )
+    (kept,) = evastudio.evaluations(workspace)
+    assert kept["id"] == told["evaluation"]
+    assert kept["created_at"] == 5.0
+    assert kept["result"]["pilots"] == told["policies"]
+    assert kept["asked"]["policies"]["scripted:human"] is None
+    assert len(kept["asked"]["policies"]["asteroids-careful"]) == 64
+    again = evastudio.repeat_evaluation(workspace, told["evaluation"], jobs=2)
+    assert again == {"evaluation": told["evaluation"], "same": True, "differs": [], "changed": []}
+    assert len(evastudio.evaluations(workspace)) == 1
+
+
+def test_a_policy_that_was_fitted_anew_since_is_named(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    evastudio.record(workspace, "asteroids", "scripted:careful", 0.5, seed=1)
+    evastudio.fit(workspace, 1, learner="knn", name="mine", clock=lambda: 0.0)
+    number = evastudio.evaluate(workspace, ["mine"], worlds=5, options=OPTIONS)["evaluation"]
+    evastudio.fit(workspace, 1, learner="knn", settings={"k": 1}, name="mine", clock=lambda: 0.0)
+    again = evastudio.repeat_evaluation(workspace, number)
+    assert again["changed"] == ["policy mine"]
+    assert not again["same"]
+    assert "mine: turn" in again["differs"]
+
+
+def test_what_cannot_be_evaluated_is_told(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    with pytest.raises(InvalidInputError, match="No policy"):
+        evastudio.evaluate(workspace, [])
+    with pytest.raises(NotFoundError, match="nobody"):
+        evastudio.evaluate(workspace, ["scripted:careful"], worlds=2, like="nobody")
+    with pytest.raises(NotFoundError, match="no evaluation 7"):
+        evastudio.repeat_evaluation(workspace, 7)
+    assert evastudio.evaluations(workspace) == []
