@@ -585,11 +585,15 @@ class Paths(Grid):
 
 
 class Boulder(Perception):
-    """Where the boulder lies, as one sees it."""
+    """Where the boulder lies, as one sees it, left and right made one.
+
+    Without that the answers to a boulder straight ahead, a turn all the way to one side or to the
+    other, would cancel out between neighbours.
+    """
 
     name = "boulder"
-    summary = "The direction of the boulder, seen from the character."
-    state = Box((Field("ahead", "1", -1.0, 1.0), Field("left", "1", -1.0, 1.0)))
+    summary = "The direction of the boulder, seen from the character, whichever side it is on."
+    state = Box((Field("ahead", "1", -1.0, 1.0), Field("aside", "1", 0.0, 1.0)))
     action = Box((Field("turn", "1", -1.0, 1.0), Field("walk", "1", 0.0, 1.0)))
 
     def __init__(self, scene: Crowd) -> None:
@@ -598,8 +602,9 @@ class Boulder(Perception):
     def perceive(self, snapshot: Snapshot) -> Percept:
         apart = snapshot["boulder"][:, None, :2] - snapshot["position"]
         bearing = np.arctan2(apart[:, :, 1], apart[:, :, 0]) - snapshot["heading"]
-        states = np.stack([np.cos(bearing), np.sin(bearing)], axis=2)
-        return Percept(states, np.zeros((*bearing.shape, 0)))
+        ahead, left = np.cos(bearing), np.sin(bearing)
+        side = np.where(left < 0.0, -1.0, 1.0)
+        return Percept(np.stack([ahead, np.abs(left)], axis=2), side[:, :, None])
 
     def applies(self, snapshot: Snapshot) -> NDArray[np.bool_]:
         return np.asarray(
@@ -607,10 +612,11 @@ class Boulder(Perception):
         )
 
     def to_own(self, frame: AnyArray, actions: Array) -> Array:
-        return actions[..., :2]
+        return np.concatenate([actions[..., :1] * frame, actions[..., 1:2]], axis=-1)
 
     def to_world(self, frame: AnyArray, actions: Array) -> Array:
-        return np.concatenate([actions, np.zeros((*actions.shape[:-1], 4))], axis=-1)
+        besides = np.zeros((*actions.shape[:-1], 4))
+        return np.concatenate([actions[..., :1] * frame, actions[..., 1:2], besides], axis=-1)
 
 
 def lying(snapshot: Snapshot) -> NDArray[np.bool_]:

@@ -142,6 +142,21 @@ def test_a_take_is_learned_from_where_its_perception_applies() -> None:
     assert any(wild)
 
 
+def test_a_boulder_on_the_left_and_on_the_right_are_one_and_turn_one_away_from_it() -> None:
+    scene = CROWD(people=2, side=9)
+    view = scene.perceptions["boulder"]
+    start = scene.worlds([0]).after(
+        position=np.zeros((1, 2, 2)),
+        heading=np.array([[-0.4, 0.4]]),
+        boulder=np.array([[3.0, 0.0, 2.0]]),
+    )
+    percept = view.perceive(start)
+    np.testing.assert_allclose(percept.states[0], [(np.cos(0.4), np.sin(0.4))] * 2)
+    flight = view.to_world(percept.frame, np.array([[(-0.8, 1.0), (-0.8, 1.0)]]))
+    assert flight[0, :, 0].tolist() == [-0.8, 0.8]
+    assert (np.sign(flight[..., 0]) == np.sign(scene.fleeing(start, 1.0)[..., 0])).all()
+
+
 def test_between_decisions_nobody_jumps() -> None:
     scene = CROWD(people=40, side=15)
     moments = walked(scene, find_pilot("scripted:startled"), [2], 12)
