@@ -295,6 +295,8 @@ class LiveStage:
                 self._calls.clear()
             for call in calls:
                 self._safely(call)
+            if calls:  # a key may have come just before its decision: what it changes is told first
+                self._safely(self._tell_changes)
             recording = self._stage.phase is Phase.RECORDING
             due = self._advance()
             if recording and self._stage.phase is Phase.ENDED:

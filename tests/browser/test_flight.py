@@ -12,6 +12,7 @@ import pytest
 from playwright.sync_api import Frame, Page, expect
 
 from evastudio.demonstrations.store import Store
+from tests.browser.acting import at_least, focus_view, phase
 
 if TYPE_CHECKING:
     from conftest import Open, Running
@@ -21,23 +22,6 @@ FRAMES = """count => new Promise(done => {
   next();
 })"""
 """Wait for that many frames to be drawn."""
-
-
-def phase(page: Page, wanted: str) -> None:
-    expect(page.locator(f"#phase[data-phase={wanted}]")).to_be_attached()
-
-
-def at_least(page: Page, element: str, count: int) -> None:
-    script = "([id, count]) => Number(document.getElementById(id).textContent) >= count"
-    page.wait_for_function(script, arg=[element, count])
-
-
-def focus_view(page: Page) -> None:
-    """Click into the 3D view, as a person does."""
-    box = page.locator("#view").bounding_box()
-    assert box is not None
-    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    assert page.evaluate("document.activeElement.id") == "view"
 
 
 def camera(studio: Running, frame: Frame, near: np.ndarray | None = None) -> np.ndarray:
