@@ -41,6 +41,9 @@ OptionsOption = Annotated[
 DelayOption = Annotated[
     str, typer.Option("--delay", help="Reaction delay to take out: auto, off, or seconds.")
 ]
+ClusterOption = Annotated[
+    str | None, typer.Option(help="Run on the Dask cluster at this address, tcp://HOST:PORT.")
+]
 JobsOption = Annotated[int, typer.Option(help="Processes at once.", min=1)]
 HERE = Path()
 
@@ -246,6 +249,7 @@ def tune(
         str, typer.Option(help="Tune one learner; auto compares all that suit.")
     ] = "auto",
     perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
+    cluster: ClusterOption = None,
     workspace: WorkspaceOption = HERE,
     store: StoreOption = None,
     json_output: JsonFlag = False,
@@ -262,6 +266,7 @@ def tune(
             session,
             learner=learner,
             perception=perception,
+            cluster=cluster,
             progress=progress,
         )
     if json_output:
@@ -362,6 +367,7 @@ def evaluate(
         str | None, typer.Option(help="The one of them that the others should move like.")
     ] = None,
     jobs: JobsOption = 1,
+    cluster: ClusterOption = None,
     workspace: WorkspaceOption = HERE,
     store: StoreOption = None,
     json_output: JsonFlag = False,
@@ -379,6 +385,7 @@ def evaluate(
             options=_options(density, option),
             like=like,
             jobs=jobs,
+            cluster=cluster,
             progress=progress,
         )
     if json_output:

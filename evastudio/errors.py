@@ -26,6 +26,10 @@ class StorageError(StudioError, ValueError):
     """A workspace, database or policy file that cannot be read or written."""
 
 
+class ClusterError(StudioError, ConnectionError):
+    """A cluster that cannot be reached, or whose workers cannot do the work."""
+
+
 def not_found(kind: str, name: object, known: Iterable[str]) -> NotFoundError:
     """The error for an unknown name, with the closest known ones."""
     names = sorted(known)

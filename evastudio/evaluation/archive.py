@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -17,9 +15,7 @@ from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.store import LARGEST_ID, Store
 from evastudio.errors import NotFoundError
 from evastudio.evaluation.results import Comparison
-
-MATTER = ("evastudio", "numba", "numpy", "scikit-learn", "scipy")
-"""Packages whose versions may change a figure's last digits."""
+from evastudio.evaluation.versions import versions
 
 
 @dataclass(frozen=True)
@@ -36,11 +32,6 @@ class EvaluationRecord:
     """Of Python and the packages that figures depend on."""
     result: Mapping[str, Any]
     """`Comparison.to_json()`."""
-
-
-def versions() -> dict[str, str]:
-    """Those of this installation."""
-    return {"python": platform.python_version(), **{name: version(name) for name in MATTER}}
 
 
 def save_evaluation(

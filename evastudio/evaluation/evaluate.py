@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.machinery import PathFinder
-from pathlib import Path
 
 import joblib
 import numpy as np
@@ -18,7 +14,6 @@ from evastudio.errors import InvalidInputError, not_found
 from evastudio.evaluation.flight import Logbook, figures_of, path_features
 from evastudio.evaluation.likeness import inhomogeneity, thinned
 from evastudio.evaluation.results import Comparison, Evaluation
-from evastudio.world.loading import load_scene_file
 from evastudio.world.rollout import Pilot, Rollout, roll_out
 from evastudio.world.scene import Scene, world_seeds
 from evastudio.world.spaces import Array
@@ -73,9 +68,10 @@ def evaluate(
     seeds = world_seeds(seed, worlds)
     parts = [seeds[start : start + chunk] for start in range(0, worlds, chunk)]
     tasks = [(name, part) for name in pilots for part in parts]
-    sent = scene if n_jobs == 1 else _for_workers(scene)
     run = joblib.Parallel(n_jobs=n_jobs, return_as="generator")
-    results = run(joblib.delayed(_fly)(sent, pilots[name], part, max_steps) for name, part in tasks)
+    results = run(
+        joblib.delayed(_fly)(scene, pilots[name], part, max_steps) for name, part in tasks
+    )
     flown: dict[str, list[Flown]] = {name: [] for name in pilots}
     for done, ((name, _), part) in enumerate(zip(tasks, results, strict=True), start=1):
         flown[name].append(part)
@@ -153,30 +149,7 @@ def decision_us(
     return statistics.median(spent) * 1e6
 
 
-@dataclass(frozen=True)
-class _SceneFile:
-    """How a worker process gets at a scene that it cannot import by name: from its file."""
-
-    path: Path
-    values: Mapping[str, float]
-
-    def load(self) -> Scene:
-        return _load_once(self.path)(**self.values)
-
-
-_load_once = functools.cache(load_scene_file)
-
-
-def _for_workers(scene: Scene) -> Scene | _SceneFile:
-    package = type(scene).__module__.partition(".")[0]
-    if PathFinder.find_spec(package) is not None:
-        return scene
-    return _SceneFile(Path(inspect.getfile(type(scene))), dict(scene.values))
-
-
-def _fly(scene: Scene | _SceneFile, pilot: Pilot, seeds: Sequence[int], max_steps: int) -> Flown:
-    if isinstance(scene, _SceneFile):
-        scene = scene.load()
+def _fly(scene: Scene, pilot: Pilot, seeds: Sequence[int], max_steps: int) -> Flown:
     log = Logbook(scene)
     rollout = roll_out(scene, pilot, seeds, max_steps=max_steps, watcher=log)
     flights = log.flights()

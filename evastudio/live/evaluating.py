@@ -11,8 +11,10 @@ from typing import Any
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.evaluation import archive
+from evastudio.evaluation.cluster import on_cluster
 from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
 from evastudio.evaluation.results import Comparison
+from evastudio.evaluation.versions import versions
 from evastudio.learning.catalog import find_policy_file
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.compiled import ensure_compiled
@@ -33,18 +35,23 @@ def evaluate(
     options: Mapping[str, float] | None = None,
     like: str | None = None,
     jobs: int = 1,
+    cluster: str | None = None,
     clock: Callable[[], float] = time.time,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Fly every policy (or scripted pilot) through the same `worlds` new worlds.
 
     The scene is the first policy's unless it is given. `like` is the pilot, one of them, that the
-    others should move like. The result is kept in the store, as `evaluation`.
+    others should move like. The result is kept in the store, as `evaluation`. It is
+    flown in `jobs` processes of this machine, or on the Dask cluster at the address `cluster`;
+    the result is the same.
     """
     if not policies:
         raise InvalidInputError("No policy was given; name at least one to evaluate.")
     place = make_scene(workspace, scene or _scene_of(workspace, policies), options)
-    compared = _compare(workspace, place, policies, worlds, seed, like, jobs, progress)
+    with on_cluster(cluster) as everywhere:
+        many = jobs if cluster is None else everywhere
+        compared = _compare(workspace, place, policies, worlds, seed, like, many, progress)
     asked = {
         "policies": {name: _fingerprint(workspace, name) for name in policies},
         "scene": place.name,
@@ -85,7 +92,7 @@ def repeat_evaluation(
         for name, mark in asked["policies"].items()
         if mark != _fingerprint(workspace, name)
     ]
-    now = {**archive.versions(), "scene": str(place.version)}
+    now = {**versions(), "scene": str(place.version)}
     then = {**record.versions, "scene": str(before.scene["version"])}
     changed += [
         f"{name} {then.get(name)}, now {now[name]}" for name in now if now[name] != then.get(name)

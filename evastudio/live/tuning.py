@@ -6,9 +6,10 @@ from typing import Any
 
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
+from evastudio.evaluation.cluster import on_cluster
 from evastudio.learning.cleaning import N_NEIGHBORS, Progress, silent
 from evastudio.learning.delay import Asked
-from evastudio.learning.tuning import AUTO
+from evastudio.learning.tuning import AUTO, JOBS
 from evastudio.learning.tuning import tune as tune_pairs
 from evastudio.learning.tuning_report import Tuning
 from evastudio.live.perceiving import see_session
@@ -22,17 +23,25 @@ def tune(
     *,
     learner: str = AUTO,
     perception: str | None = None,
+    cluster: str | None = None,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Try learners and settings on the kept takes of a session, each held out whole in turn.
 
-    Nothing is written; `fit` with the learner `auto` does the same and fits what was chosen.
+    Nothing is written; `fit` with the learner `auto` does the same and fits what was chosen. The
+    trials run here, or on the Dask cluster at the address `cluster`; the report is the same.
     """
     with Store(workspace.ready().store_url) as store:
         chosen = store.session(session)
-    report = tune_session(
-        workspace, chosen, learner=learner, perception=perception, progress=progress
-    )
+    with on_cluster(cluster) as everywhere:
+        report = tune_session(
+            workspace,
+            chosen,
+            learner=learner,
+            perception=perception,
+            jobs=JOBS if cluster is None else everywhere,
+            progress=progress,
+        )
     return {"session": chosen.id, **report.to_json()}
 
 
@@ -43,6 +52,7 @@ def tune_session(
     learner: str = AUTO,
     perception: str | None = None,
     delay: Asked = "auto",
+    jobs: int = JOBS,
     progress: Progress = silent,
 ) -> Tuning:
     """The report on a session, the reaction delay taken out as in `fit`.
@@ -69,5 +79,6 @@ def tune_session(
         threshold=cleaned.get("threshold"),
         n_neighbors=cleaned.get("neighbors", N_NEIGHBORS),
         views=views,
+        n_jobs=jobs,
         progress=progress,
     )

@@ -1,13 +1,19 @@
-"""Finding scenes: one Python file each, shipped ones and a user's by the same route."""
+"""Finding scenes: one Python file each, shipped ones and a user's by the same route.
+
+A scene that was loaded here travels to other processes, on this machine or another, by value: as
+the text of its file and its options. They need the same version of this package, and no file.
+"""
 
 from __future__ import annotations
 
+import copyreg
 import hashlib
-import importlib.util
 import sys
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 from evastudio.errors import InvalidInputError, NotFoundError, not_found
 from evastudio.world.scene import Scene
@@ -30,19 +36,49 @@ def load_scene_file(path: Path) -> type[Scene]:
 @lru_cache(maxsize=64)
 def _load(path: Path, _changed_at: int) -> type[Scene]:
     """Load a scene file anew only when it has changed."""
-    module_name = _module_name(path)
-    spec = importlib.util.spec_from_file_location(module_name, path)
-    if spec is None or spec.loader is None:
-        raise InvalidInputError(f"{str(path)!r} is not a Python file; a scene is one .py file.")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module
     try:
-        spec.loader.exec_module(module)
+        source = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidInputError(f"The scene file {str(path)!r} cannot be read: {error}.") from None
+    return _run(source, path.stem, path)
+
+
+@lru_cache(maxsize=64)
+def _carried(source: str, stem: str) -> type[Scene]:
+    """The scene class of a file's text, in a process that may not have the file."""
+    return _run(source, stem, Path(f"{stem}.py"))
+
+
+def _run(source: str, stem: str, path: Path) -> type[Scene]:
+    """The scene class that `source` defines, ready to be sent to other processes."""
+    if path.suffix != ".py":
+        raise InvalidInputError(f"{str(path)!r} is not a Python file; a scene is one .py file.")
+    module = ModuleType(_module_name(path))
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module
+    try:
+        exec(compile(source, str(path), "exec"), vars(module))
     except (Exception, SystemExit) as error:  # whatever a user's file may raise while it runs
-        del sys.modules[module_name]
+        del sys.modules[module.__name__]
         raise InvalidInputError(
             f"The scene file {str(path)!r} does not run: {type(error).__name__}: {error}."
         ) from error
+    chosen = _declared(module, path)
+
+    def reduced(scene: Scene) -> tuple[Any, ...]:
+        return _made_again, (source, stem, dict(scene.values))
+
+    copyreg.pickle(chosen, reduced)
+    return chosen
+
+
+def _made_again(source: str, stem: str, values: Mapping[str, float]) -> Scene:
+    """A scene that came from another process, by value: its file's text and its options."""
+    return _carried(source, stem)(**values)
+
+
+def _declared(module: ModuleType, path: Path) -> type[Scene]:
+    """The scene class of a module that has run."""
     chosen = getattr(module, "SCENE", None)
     if chosen is None:
         own = [
@@ -50,7 +86,7 @@ def _load(path: Path, _changed_at: int) -> type[Scene]:
             for value in vars(module).values()
             if isinstance(value, type)
             and issubclass(value, Scene)
-            and value.__module__ == module_name
+            and value.__module__ == module.__name__
         ]
         if len(own) != 1:
             raise InvalidInputError(

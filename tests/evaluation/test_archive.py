@@ -16,10 +16,10 @@ from evastudio.evaluation.archive import (
     evaluations,
     find_evaluation,
     save_evaluation,
-    versions,
 )
 from evastudio.evaluation.evaluate import evaluate
 from evastudio.evaluation.results import Comparison
+from evastudio.evaluation.versions import versions
 from evastudio.pilots.scripted import find_pilot
 from evastudio.world.scene import Scene
 

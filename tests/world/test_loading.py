@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from evastudio.errors import InvalidInputError, NotFoundError
@@ -101,3 +103,14 @@ def test_the_conformance_suite_finds_what_is_broken(
     path.write_text(text.replace(change, into))
     broken = [found.rule for found in check_scene(load_scene_file(path)) if found.problem]
     assert any(rule in one for one in broken)
+
+
+def test_a_scene_travels_by_value(tmp_path: Path) -> None:
+    path = tmp_path / "scene.py"
+    path.write_text((SHIPPED / "asteroids.py").read_text())
+    scene = load_scene_file(path)(density=2.5)
+    sent = pickle.dumps(scene)
+    path.unlink()
+    arrived = pickle.loads(sent)
+    assert arrived.identity() == scene.identity()
+    assert np.array_equal(arrived.worlds([3])["rocks"], scene.worlds([3])["rocks"])

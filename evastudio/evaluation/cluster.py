@@ -1,0 +1,74 @@
+"""The same work on many machines: joblib's tasks on a Dask cluster, where one is named."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Mapping
+
+import joblib
+
+from evastudio.errors import ClusterError
+from evastudio.evaluation.versions import versions
+
+PATIENCE_S = 10.0
+"""How long to wait for a cluster's scheduler, and for its first worker."""
+
+
+@contextlib.contextmanager
+def on_cluster(address: str | None, patience_s: float = PATIENCE_S) -> Iterator[int]:
+    """Within it, whatever goes through joblib runs on the cluster at `address`, tcp://HOST:PORT.
+
+    Gives the number of processes to ask joblib for: -1 for all there are; where `address` is
+    None nothing changes, and it is 1. A worker that dies costs time: its tasks are done again by
+    another. Raises ClusterError where the extra `cluster` is not installed, nobody answers, no
+    worker is there, or a worker has other versions than this process.
+    """
+    if address is None:
+        yield 1
+        return
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ClusterError(
+            "Running on a cluster needs Dask; install it with: pip install 'evastudio[cluster]'."
+        ) from None
+    try:
+        client = Client(address, timeout=patience_s, set_as_default=True)
+    except (OSError, ValueError, TypeError) as error:
+        raise ClusterError(
+            f"No Dask scheduler answers at {address!r} ({str(error) or type(error).__name__}). "
+            "Start one with `dask scheduler` and give its address, like tcp://10.0.0.5:8786."
+        ) from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=patience_s)
+        except TimeoutError:
+            raise ClusterError(
+                f"The cluster at {address} has no worker. Start some with `dask worker {address}`."
+            ) from None
+        try:
+            found = client.run(versions)
+        except ImportError:
+            raise ClusterError(
+                f"A worker of the cluster at {address} does not have evastudio, or an old one. "
+                f"Install evastudio {versions()['evastudio']} there and start it again."
+            ) from None
+        _agree(found, address)
+        with joblib.parallel_config(backend="dask", n_jobs=-1):
+            yield -1
+
+
+def _agree(workers: Mapping[str, Mapping[str, str]], address: str) -> None:
+    ours = versions()
+    for worker, theirs in workers.items():
+        other = [
+            f"{name} {theirs.get(name)} (here {mine})"
+            for name, mine in ours.items()
+            if theirs.get(name) != mine
+        ]
+        if other:
+            raise ClusterError(
+                f"The worker {worker} of the cluster at {address} has other versions: "
+                f"{', '.join(other)}. Results would not repeat; install the same there and start "
+                "it again."
+            )
