@@ -1,5 +1,5 @@
-# make run | test | lint | bench | bench-crossing | bench-conflicts | bench-motion | bench-real:
-# each sets up what it needs in .venv first.
+# make run | test | lint | bench | bench-crossing | bench-conflicts | bench-motion | bench-crowd |
+# bench-real: each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -9,7 +9,7 @@ export PYTHONDONTWRITEBYTECODE = 1
 export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-delay bench-conflicts bench-motion \
-	bench-real pictures chromium clean
+	bench-crowd bench-real pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -41,6 +41,11 @@ bench-conflicts: $(VENV)/.dev
 # How fast a crowd is posed and how far feet slide, into docs/motion.md; it reads recordings too.
 bench-motion: $(VENV)/.dev
 	$(BIN)/python benchmarks/motion.py
+
+# How a crowd walks and flees, into docs/crowd.md, and how fast it decides, into
+# docs/performance.md.
+bench-crowd: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.crowd
 
 # Recordings of people: EVASTUDIO_DATA names their folder, else it is ../shared/data.
 bench-real: $(VENV)/.bench

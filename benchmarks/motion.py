@@ -160,6 +160,11 @@ def walk_clip() -> Clip:
 WALK = walk_clip()
 
 
+def parading(count: int) -> Callable[[float], Snapshot]:
+    """`count` people on parade at each second."""
+    return lambda time_s: Snapshot({}, {"count": np.array([count]), "time": np.array([time_s])})
+
+
 def cpu_ms(work: Callable[[], Any], repetitions: int) -> float:
     work()
     spent = []
@@ -170,12 +175,12 @@ def cpu_ms(work: Callable[[], Any], repetitions: int) -> float:
     return 1e3 * statistics.median(spent)
 
 
-def watched(count: int) -> tuple[float, float]:
-    """CPU ms a frame and frames a second, as one browser watches `count` people walk."""
+def watched(scene: Scene, at: Callable[[float], Snapshot]) -> tuple[float, float]:
+    """CPU ms a frame and frames a second, as one browser watches what is `at` each second."""
     loop = asyncio.new_event_loop()
     thread = threading.Thread(target=loop.run_forever)
     thread.start()
-    view = View(Parade(), loop)
+    view = View(scene, loop)
     app = FastAPI()
 
     @app.websocket("/view")
@@ -197,8 +202,7 @@ def watched(count: int) -> tuple[float, float]:
     client = subprocess.Popen([sys.executable, "-c", CLIENT, address, SUBPROTOCOL])
 
     def frame(number: int) -> None:
-        moment = {"count": np.array([count]), "time": np.array([number / FRAMES_HZ])}
-        view.show(Snapshot({}, moment), fresh=number == 0)
+        view.show(at(number / FRAMES_HZ), fresh=number == 0)
 
     frame(0)
     while view.clients == 0:
@@ -236,7 +240,7 @@ def speed_table() -> Iterator[str]:
         single = [one_of(few, row) for row in range(alone)]
         one = cpu_ms(lambda s=single: [FIGURES.bodies(m) for m in s], 3) * count / alone
         loop = cpu_ms(lambda f=few: plain(f), 3) * count / alone
-        frame, rate = watched(count)
+        frame, rate = watched(Parade(), parading(count))
         yield (
             f"| {count:,} | {joints:.2f} ms | {bodies:.2f} ms | {one:,.0f} ms | {loop:,.0f} ms "
             f"({loop / bodies:,.0f} times) | {frame:.1f} ms, {frame * FRAMES_HZ / 10:.0f} % of a "
