@@ -12,6 +12,7 @@ from evastudio.errors import InvalidInputError
 from evastudio.workspace import shipped
 from evastudio.world.cast import for_all, of_lead
 from evastudio.world.loading import find_scene
+from evastudio.world.practice import rewarded
 from evastudio.world.scene import Scene
 from evastudio.world.spaces import Array, Symbols
 
@@ -20,8 +21,7 @@ class SceneEnvironment(gymnasium.Env):
     """One world of a scene. Observations are states of a perception, actions are in its frame.
 
     Actions that are symbols are given as their codes. Of many characters the lead acts, and the
-    others rest. The reward is the gain in progress, plus 1
-    for an end that is a success and minus 1 for any other end.
+    others rest. The reward is that of `rewarded`.
     """
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - gymnasium's convention
@@ -57,17 +57,13 @@ class SceneEnvironment(gymnasium.Env):
     def step(self, action: Any) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         actions = np.asarray(action, dtype=np.float64).reshape(1, -1)
         actions = self.chosen.check(actions, "actions")
-        before = self.scene.progress(self._snapshot)[0]
+        before = self._snapshot
         turned = self.perception.to_world(self._frame, actions)
-        self._snapshot = self.scene.step(
-            self._snapshot, for_all(self.scene, self._snapshot, turned)
-        )
-        outcome = self.scene.outcomes[int(self.scene.outcome(self._snapshot)[0])]
-        ended = outcome != self.scene.outcomes[0]
-        reward = float(self.scene.progress(self._snapshot)[0] - before)
-        if ended:
-            reward += 1.0 if outcome in self.scene.successes else -1.0
-        return self._observe(), reward, ended, False, {"outcome": outcome}
+        self._snapshot = self.scene.step(before, for_all(self.scene, before, turned))
+        rewards, outcomes = rewarded(self.scene, before, self._snapshot)
+        ended = bool(outcomes[0] != 0)
+        told = {"outcome": self.scene.outcomes[int(outcomes[0])]}
+        return self._observe(), float(rewards[0]), ended, False, told
 
     def _observe(self) -> Array:
         percept = self.perception.perceive(self._snapshot)
