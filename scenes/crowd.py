@@ -64,6 +64,7 @@ from evastudio.world.scene import (
     Sign,
     Signal,
 )
+from evastudio.world.skyline import skyline_body, skyline_mesh
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Symbols
 
@@ -93,8 +94,10 @@ NEAREST = 3
 PATHS = {"ahead": 0, "half_left": 1, "half_right": -1, "left": 2, "right": -2}
 """Eighths from the way one faces."""
 WHIMS = 64
-OVERVIEW = (-8.0, -8.0, 13.0)
-"""Metres from the lead to the camera that looks down on everybody."""
+OVERVIEW = (-9.0, -9.0, 7.0)
+"""Metres from the lead to the camera that looks over everybody."""
+BEYOND = (2.5, 2.5, 0.0)
+"""Metres from the lead to where that camera looks."""
 
 STAND, LEFT, RIGHT, WALK = range(4)
 SYMBOLS = Symbols(("stand", "turn left", "turn right", "walk on"))
@@ -154,10 +157,15 @@ class Crowd(Peopled):
         )
     )
     look = Look(
-        background=(204, 214, 224),
-        fog_near=30.0,
+        background=(226, 224, 214),
+        fog_near=22.0,
         fog_far=120.0,
-        sun_direction=(-0.5, -0.35, 0.8),
+        sun_direction=(-0.45, -0.6, 0.66),
+        sun=2.7,
+        sky=1.7,
+        sky_color=(196, 212, 255),
+        ground_color=(150, 132, 116),
+        zenith=(92, 148, 206),
     )
 
     def __init__(self, **values: float) -> None:
@@ -418,6 +426,7 @@ class Crowd(Peopled):
         return {
             **self.figures.meshes(),
             **paving_meshes(),
+            "skyline": skyline_mesh(),
             "boulder": boulder_mesh(),
             "dust": puff(),
         }
@@ -456,6 +465,7 @@ class Crowd(Peopled):
         )
         return [
             *paving_bodies(lead),
+            skyline_body(lead),
             *self.figures.bodies(people),
             *boulder_bodies(world["boulder"][0]),
         ]
@@ -464,7 +474,7 @@ class Crowd(Peopled):
         chase = self.camera(snapshot)
         lead = int(snapshot["lead"][0])
         here = np.array([*snapshot["position"][0, lead], 0.0])
-        above = Camera(here + OVERVIEW, here, up=np.array([0.0, 0.0, 1.0]))
+        above = Camera(here + OVERVIEW, here + BEYOND, up=np.array([0.0, 0.0, 1.0]))
         return {"chase": chase, "overview": above}
 
     def camera(self, snapshot: Snapshot) -> Camera:
@@ -475,8 +485,8 @@ class Crowd(Peopled):
         forward = np.array([np.cos(heading), np.sin(heading), 0.0])
         here = np.array([x, y, 0.0])
         return Camera(
-            position=here - forward * 4.5 + (0.0, 0.0, 3.4),
-            look_at=here + forward * 3.0 + (0.0, 0.0, 0.9),
+            position=here - forward * 5.8 + (0.0, 0.0, 3.4),
+            look_at=here + forward * 1.7 + (0.0, 0.0, 0.9),
             up=np.array([0.0, 0.0, 1.0]),
         )
 

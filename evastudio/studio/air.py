@@ -6,10 +6,15 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from evastudio.studio.mounted import Point
 from evastudio.world.bodies import FIELD_OF_VIEW, Color, Look
 
 BACKDROP = (180, 320)
 """Rows and columns of the backdrop, which the client stretches over the window."""
+
+
+HORIZON_MOVES = 0.02
+"""Shares of the view's height by which the horizon moves before a new backdrop is sent."""
 
 
 def set_air(server: viser.ViserServer, look: Look) -> None:
@@ -29,7 +34,7 @@ def set_air(server: viser.ViserServer, look: Look) -> None:
         "/light/sun", color=look.sun_color, intensity=look.sun, position=(x, y, z)
     )
     scene.configure_fog(look.fog_near, look.fog_far, color=linear(look.background))
-    scene.set_background_image(backdrop(look.background), format="png")
+    scene.set_background_image(backdrop(look), format="png")
     server.initial_camera.near = 0.1
     server.initial_camera.far = look.fog_far + 10.0
     server.initial_camera.fov = float(FIELD_OF_VIEW)
@@ -44,11 +49,29 @@ def linear(color: Color) -> tuple[float, float, float]:
     return r, g, b
 
 
-def backdrop(color: Color) -> NDArray[np.uint8]:
-    """The distance, a little darker towards the corners. Shape (rows, columns, 3)."""
+def horizon(position: Point, look_at: Point) -> float:
+    """Where a camera sees the horizon: share of the view's height from the top, 0 to 1."""
+    x, y, z = np.subtract(look_at, position)
+    level = np.hypot(x, y)
+    if level == 0.0:
+        return 0.0 if z < 0.0 else 1.0
+    return float(np.clip(0.5 + z / level / np.tan(FIELD_OF_VIEW / 2) / 2, 0.0, 1.0))
+
+
+def backdrop(look: Look, horizon: float = 0.5) -> NDArray[np.uint8]:
+    """What lies behind everything. Shape (rows, columns, 3).
+
+    A sky down to the `horizon` where `look` has one, else the distance, a little darker towards the
+    corners. A little noise keeps it from showing in bands.
+    """
     rows, columns = BACKDROP
     y, x = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
-    shade = 1.0 - 0.4 * np.clip(np.sqrt(x**2 + y**2) - 0.3, 0.0, 1.0)
+    distance = np.asarray(look.background, dtype=np.float64)
+    if look.zenith is None:
+        shade = 1.0 - 0.4 * np.clip(np.sqrt(x**2 + y**2) - 0.3, 0.0, 1.0)
+        colors = distance * shade[:, :, None]
+    else:
+        high = np.clip(1.0 - (y + 1.0) / (2.0 * max(horizon, 1e-6)), 0.0, 1.0)[:, :, None]
+        colors = distance + (np.asarray(look.zenith) - distance) * (1.0 - (1.0 - high) ** 2)
     noise = np.random.default_rng(0).uniform(0.0, 1.0, (rows, columns, 1))
-    colors = np.asarray(color, dtype=np.float64) * shade[:, :, None]
     return np.floor(colors + noise).clip(0, 255).astype(np.uint8)

@@ -9,7 +9,7 @@ import numpy as np
 from starlette.websockets import WebSocket
 
 from evastudio.errors import InvalidInputError, not_found
-from evastudio.studio.air import set_air
+from evastudio.studio.air import HORIZON_MOVES, backdrop, horizon, set_air
 from evastudio.studio.mounted import Point, mounted_viser
 from evastudio.studio.node import Node, checked
 from evastudio.world.bodies import Camera
@@ -34,6 +34,7 @@ class View:
         )
         self._nodes: dict[str, Node] = {}
         self._camera: tuple[Point, Point, Point] | None = None
+        self._horizon = -1.0
         self._drawing = threading.Lock()
         set_air(self._server, scene.look)
 
@@ -86,7 +87,15 @@ class View:
                 if fresh or seen_from != self._camera:
                     self._server.set_camera(*seen_from)
                     self._camera = seen_from
+                    self._set_sky(horizon(*seen_from[:2]))
             self._server.flush()
+
+    def _set_sky(self, at: float) -> None:
+        """Let the sky end at that horizon, where there is a sky and it has moved visibly."""
+        look = self.scene.look
+        if look.zenith is not None and abs(at - self._horizon) > HORIZON_MOVES:
+            self._horizon = at
+            self._server.scene.set_background_image(backdrop(look, at), format="png")
 
     async def handle(self, websocket: WebSocket) -> None:
         """Serve one browser's websocket until it leaves."""

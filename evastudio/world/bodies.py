@@ -83,3 +83,6 @@ class Look:
     sky_color: Color = (160, 190, 255)
     ground_color: Color = (40, 34, 46)
     sun_color: Color = (255, 240, 220)
+    zenith: Color | None = None
+    """Colour of the sky, which pales towards the background's at the horizon; None where the
+    distance is the same all around."""

@@ -18,8 +18,8 @@ def paving_meshes() -> dict[str, Mesh]:
     square = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=np.float64)
     faces = np.array([(0, 1, 2), (0, 2, 3)])
     return {
-        "paving": Mesh(square, faces, (196, 190, 178), flat=True),
-        "joint": Mesh(square * (0.5, 0.012, 1.0), faces, (166, 160, 150), flat=True),
+        "paving": Mesh(square, faces, (200, 192, 178), flat=True),
+        "joint": Mesh(square * (0.5, 0.012, 1.0), faces, (152, 144, 132), flat=True),
     }
 
 
