@@ -5,10 +5,8 @@ What `crowd.py` measures; nothing here is run by itself.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import joblib
 import numpy as np
@@ -23,13 +21,13 @@ from benchmarks.crowds.walking import (
     demonstrated,
     walk,
 )
+from benchmarks.report import ROOT
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.knn import KNNPolicy
+from evastudio.learning.policy_files import load_policy
 from evastudio.learning.svr import SVRPolicy
-from evastudio.live.headless import load_pilot
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
-from evastudio.workspace import Workspace
 from evastudio.world.rollout import Pilot
 from evastudio.world.spaces import Array
 
@@ -39,12 +37,14 @@ WORLDS = (31, 32, 33, 34, 35)
 SHOWN = 16.0
 """Minutes of demonstration, as the shipped policies had."""
 STYLES = ("hurried", "shy")
+LEARNED_MINUTES = 5.0
+"""For policies that are not shipped."""
 FEWER_MINUTES = 3.0
 """At other densities than that of `PEOPLE`."""
 DENSITIES = {5.0: 80, 12.5: 200, 20.0: 320, 30.0: 480}
 """Share of the cells that are taken, %, and people."""
 PERCEPTIONS = ("paper", "own", "ahead", "paths")
-Result = tuple[str, bool, int, Walked]
+Result = tuple[str, bool, int, list[Walked]]
 WAYS = ("counted votes", "sampled votes", "k-NN of moves, quantised")
 
 
@@ -64,8 +64,10 @@ class Row:
 
 
 def shipped(name: str) -> Pilot:
-    """A pilot by its name in the studio."""
-    return load_pilot(Workspace(Path(tempfile.gettempdir())), name, CROWD())
+    """A scripted demonstrator, or a shipped policy."""
+    if name.startswith("scripted:"):
+        return find_pilot(name)
+    return PolicyPilot(load_policy(ROOT / "policies" / f"{name}.safetensors"), name)
 
 
 def learned(style: str, seed: int, minutes: float) -> dict[str, Pilot]:
@@ -91,43 +93,41 @@ def learned(style: str, seed: int, minutes: float) -> dict[str, Pilot]:
     return pilots
 
 
-def walk_learned(style: str, seed: int, minutes: float, quick: bool) -> list[Result]:
-    """All that was learned from one demonstration, in one world."""
+def walk_learned(style: str, seed: int, minutes: float, shown: float) -> list[Result]:
+    """All that was learned from one demonstration of `shown` minutes, in one world."""
     return [
-        (f"{style}: {name}", guard, PEOPLE, walk(pilot, PEOPLE, SIDE, minutes, seed, guard))
-        for name, pilot in learned(style, seed, 3.0 if quick else SHOWN).items()
+        (f"{style}: {name}", guard, PEOPLE, walk(pilot, PEOPLE, SIDE, minutes, [seed], guard))
+        for name, pilot in learned(style, seed, shown).items()
         for guard in (False, True)
     ]
 
 
-def walk_shipped(name: str, people: int, seed: int, minutes: float) -> list[Result]:
-    """One shipped policy or demonstrator in one world."""
+def walk_shipped(name: str, people: int, seeds: Sequence[int], minutes: float) -> list[Result]:
+    """One shipped policy or demonstrator in all worlds."""
     pilot = shipped(name)
     return [
-        (name, guard, people, walk(pilot, people, SIDE, minutes, seed, guard))
+        (name, guard, people, walk(pilot, people, SIDE, minutes, seeds, guard))
         for guard in (False, True)
     ]
 
 
-def walk_all(seeds: Sequence[int], minutes: float, quick: bool, jobs: int) -> list[Row]:
+def walk_all(seeds: Sequence[int], quick: bool, jobs: int) -> list[Row]:
     """Every crowd, in the order of the tables."""
-    tasks = [joblib.delayed(walk_learned)(STYLES[0], seed, minutes, quick) for seed in seeds]
+    times = (1.0, 1.0, 1.0, 4.0) if quick else (MINUTES, FEWER_MINUTES, LEARNED_MINUTES, SHOWN)
+    whole, fewer, learning, shown = times
+    tasks = [joblib.delayed(walk_learned)(STYLES[0], seed, learning, shown) for seed in seeds]
     tasks += [
         joblib.delayed(walk_shipped)(
-            f"{kind}{style}",
-            people,
-            seed,
-            minutes if people == PEOPLE else min(minutes, FEWER_MINUTES),
+            f"{kind}{style}", people, seeds, whole if people == PEOPLE else fewer
         )
         for style in STYLES
         for kind in ("scripted:", "crowd-")
         for people in DENSITIES.values()
-        for seed in seeds
     ]
     found: dict[tuple[str, bool, int], list[Walked]] = {}
     for results in joblib.Parallel(n_jobs=jobs)(tasks):
-        for name, guard, people, one in results:
-            found.setdefault((name, guard, people), []).append(one)
+        for name, guard, people, walked in results:
+            found.setdefault((name, guard, people), []).extend(walked)
     return [Row(*key, tuple(walked)) for key, walked in found.items()]
 
 

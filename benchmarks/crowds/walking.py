@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -55,10 +55,6 @@ class Walked:
     room: float
     """Free cells ahead of those who walk on, of at most 5."""
 
-    def values(self) -> list[float]:
-        """All figures, in their order."""
-        return [float(getattr(self, entry.name)) for entry in fields(self)]
-
 
 class Wishing(Pilot):
     """Does as `pilot`, and keeps what it wanted for a look from outside."""
@@ -75,52 +71,57 @@ class Wishing(Pilot):
         return self.wished, memory
 
 
-def walk(pilot: Pilot, people: int, side: int, minutes: float, seed: int, guard: bool) -> Walked:
-    """`pilot` walks everybody in one world."""
+def walk(
+    pilot: Pilot, people: int, side: int, minutes: float, seeds: Sequence[int], guard: bool
+) -> list[Walked]:
+    """`pilot` walks everybody in the worlds of `seeds`; one result for each."""
     scene = CROWD(people=people, side=side, length=3600.0)
     bare = Wishing(pilot)
     cells: list[Codes] = []
     wishes: list[Codes] = []
     given: list[Codes] = []
     rooms: list[Array] = []
-    blocked: list[Codes] = []
+    blocked = [np.zeros(0)]
 
     def watch(_: NDArray[np.int64], snapshot: Snapshot, actions: Array) -> None:
         here = SCENE.cells_of(snapshot)
         facing = eighths(snapshot["heading"])
-        cells.append(wrapped(here, side)[0] @ (1, side))
-        wishes.append(SCENE.symbols(bare.wished)[0])
-        given.append(SCENE.symbols(actions)[0])
-        rooms.append(clearances(here, facing, side, (0,))[0, :, 0])
-        blocked.append(snapshot["blocked"][0])
+        cells.append(wrapped(here, side) @ (1, side))
+        wishes.append(SCENE.symbols(bare.wished))
+        given.append(SCENE.symbols(actions))
+        rooms.append(clearances(here, facing, side, (0,))[:, :, 0])
+        blocked[0] = snapshot["blocked"]
 
     steps = round(minutes * A_MINUTE) + 1
     chosen = GuardedPilot(bare) if guard else bare
-    roll_out(scene, chosen, [seed], max_steps=steps, watcher=watch)
+    roll_out(scene, chosen, seeds, max_steps=steps, watcher=watch)
     where = np.array(cells)
     wished, done, room = (np.array(kept[:-1]) for kept in (wishes, given, rooms))
     moved = where[1:] != where[:-1]
-    stuck = still = np.zeros(people)
-    longest_stuck = longest_still = 0.0
+    stuck = still = longest_stuck = longest_still = np.zeros(where.shape[1:])
     for left, wish in zip(moved, wished, strict=True):
         stuck = np.where(left, 0, stuck + ((stuck > 0) | (wish == SCENE.WALK)))
         still = np.where(left, 0, still + (wish != SCENE.STAND))
-        longest_stuck = max(longest_stuck, float(stuck.max()))
-        longest_still = max(longest_still, float(still.max()))
-    visited = []
-    for begin in range(0, len(where) - A_MINUTE, A_MINUTE):
-        ordered = np.sort(where[begin : begin + A_MINUTE], axis=0)
-        visited.append(1 + (ordered[1:] != ordered[:-1]).sum(axis=0))
-    return Walked(
-        blocked=float(blocked[-1].mean()) / minutes,
-        helped=float((wished != done).sum()) / people / minutes,
-        stuck_s=longest_stuck * scene.dt_s,
-        still_s=longest_still * scene.dt_s,
-        cells=float(np.mean(visited)),
-        standing=float((done == SCENE.STAND).mean()),
-        turning=float(((done == SCENE.LEFT) | (done == SCENE.RIGHT)).mean()),
-        room=float(room[done == SCENE.WALK].mean()),
-    )
+        longest_stuck, longest_still = (
+            np.maximum(longest_stuck, stuck),
+            np.maximum(longest_still, still),
+        )
+    ordered = np.sort(where[:-1].reshape(-1, A_MINUTE, *where.shape[1:]), axis=1)
+    visited = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
+    turning = (done == SCENE.LEFT) | (done == SCENE.RIGHT)
+    return [
+        Walked(
+            blocked=float(blocked[0][world].mean()) / minutes,
+            helped=float((wished != done)[:, world].sum()) / people / minutes,
+            stuck_s=float(longest_stuck[world].max()) * scene.dt_s,
+            still_s=float(longest_still[world].max()) * scene.dt_s,
+            cells=float(visited[:, world].mean()),
+            standing=float((done == SCENE.STAND)[:, world].mean()),
+            turning=float(turning[:, world].mean()),
+            room=float(room[:, world].mean(where=(done == SCENE.WALK)[:, world])),
+        )
+        for world in range(len(seeds))
+    ]
 
 
 class Quantised(Pilot):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,19 @@ def test_looking_at_many_at_once_finds_what_looking_cell_by_cell_does(
             line = [own + far * AHEAD[(way + aside) % 8] for far in range(1, IN_A_ROW + 1)]
             taken = [looked(ground, world, cell) for cell in line]
             assert free == (*taken, True).index(True)
+
+
+def test_looking_around_in_a_great_crowd_takes_little_memory() -> None:
+    rng = np.random.default_rng(0)
+    people, side = 20_000, 400
+    spots = rng.choice(side**2, people, replace=False)
+    cells = np.stack([spots % side, spots // side], axis=1)[None]
+    facing = rng.integers(8, size=(1, people))
+    tracemalloc.start()
+    nearest(cells, facing, side, window(False, 8), 3)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < 10e6  # 500 bytes for each
 
 
 def looked(ground, world, cell) -> bool:
