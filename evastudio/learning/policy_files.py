@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -22,6 +20,7 @@ from safetensors.numpy import load, save
 from evastudio.errors import InvalidInputError, StorageError
 from evastudio.learning.learner import LARGEST, Indices, Layout, Learner, Stored
 from evastudio.learning.policy import LEARNERS, Policy
+from evastudio.learning.writing import write_whole
 from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Box, Field, Space, Symbols
 
@@ -41,7 +40,6 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
 
     Raises StorageError where it cannot be written.
     """
-    path = Path(path)
     header = {
         "format": FORMAT,
         **policy.describe(),
@@ -60,24 +58,7 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
         narrow = np.min_scalar_type(int(policy.moments.max(initial=0)))
         arrays[MOMENTS] = np.ascontiguousarray(policy.moments, dtype=narrow)
     data = save(arrays, {KEY: json.dumps(header, allow_nan=False)})
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            Path(temporary).replace(path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise StorageError(
-            f"The policy could not be written to {path}: {error.strerror}. Choose a folder that "
-            "exists, has room and may be written to."
-        ) from None
-    return path
+    return write_whole(Path(path), data)
 
 
 def load_policy(path: str | Path) -> Policy:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
+from evastudio.pilots.memories import named, within
 from evastudio.world.cast import for_all, of_lead
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
-_OTHERS = "others."
+_LEAD, _OTHERS = "lead.", "others."
 
 
 class LeadPilot(Pilot):
@@ -25,24 +26,18 @@ class LeadPilot(Pilot):
         self.name = lead.name
 
     def begin(self, scene: Scene, seeds: Sequence[int]) -> Memory:
-        theirs: Mapping[str, Array] = {}
+        theirs: Memory = {}
         if self.others is not None:
             theirs = self.others.begin(scene, seeds)
-        named = {_OTHERS + name: array for name, array in theirs.items()}
-        return {**self.lead.begin(scene, seeds), **named}
+        return {**named(_LEAD, self.lead.begin(scene, seeds)), **named(_OTHERS, theirs)}
 
     def act(self, scene: Scene, snapshot: Snapshot, memory: Memory) -> tuple[Array, Memory]:
-        own = {name: array for name, array in memory.items() if not name.startswith(_OTHERS)}
-        actions, after = self.lead.act(scene, snapshot, own)
+        actions, own = self.lead.act(scene, snapshot, within(_LEAD, memory))
+        after = named(_LEAD, own)
         if not scene.characters:
             return actions, after
         others = None
         if self.others is not None:
-            known = {
-                name.removeprefix(_OTHERS): array
-                for name, array in memory.items()
-                if name.startswith(_OTHERS)
-            }
-            others, left = self.others.act(scene, snapshot, known)
-            after = {**after, **{_OTHERS + name: array for name, array in left.items()}}
+            others, theirs = self.others.act(scene, snapshot, within(_OTHERS, memory))
+            after = {**after, **named(_OTHERS, theirs)}
         return for_all(scene, snapshot, of_lead(snapshot, actions), others), after

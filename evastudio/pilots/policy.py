@@ -24,6 +24,8 @@ class PolicyPilot(Pilot):
     One that decides by chance draws from the world's seed and step, which are then its memory.
     """
 
+    reactive = True
+
     def __init__(self, policy: Policy, name: str = "policy") -> None:
         self.policy = policy
         self.name = name

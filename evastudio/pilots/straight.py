@@ -14,6 +14,7 @@ class StraightPilot(Pilot):
     """Gives the action nearest to zero, always."""
 
     name = "straight"
+    reactive = True
 
     def act(self, scene: Scene, snapshot: Snapshot, memory: Memory) -> tuple[Array, Memory]:
         shape = (snapshot.worlds, *scene.characters, scene.action.size)

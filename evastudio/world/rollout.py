@@ -21,6 +21,8 @@ class Pilot(ABC):
     """Anything that chooses actions. What it remembers is an argument, so it can be shared."""
 
     name: str
+    reactive: bool = False
+    """Whether it may be left unasked for some decisions: it remembers nothing of what it saw."""
 
     def begin(self, scene: Scene, seeds: Sequence[int]) -> Memory:
         """The memory for new worlds with these seeds; what is random follows from them alone."""
