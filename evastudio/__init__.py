@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from evastudio.live.diagnosing import diagnose
     from evastudio.live.evaluating import evaluate, evaluations, repeat_evaluation
     from evastudio.live.headless import clean, fit, record, scenes, sessions
+    from evastudio.live.switching import switch
     from evastudio.live.tuning import tune
     from evastudio.workspace import Workspace
     from evastudio.world.check import check_file as check
@@ -40,6 +41,7 @@ _FROM = {
     "scenes": "evastudio.live.headless",
     "repeat_evaluation": "evastudio.live.evaluating",
     "sessions": "evastudio.live.headless",
+    "switch": "evastudio.live.switching",
     "tune": "evastudio.live.tuning",
 }
 
@@ -57,6 +59,7 @@ __all__ = [
     "save_policy",
     "scenes",
     "sessions",
+    "switch",
     "tune",
 ]
 

@@ -172,6 +172,9 @@ def record(
     density: DensityOption = None,
     option: OptionsOption = None,
     session: Annotated[str | None, typer.Option(help="Name of the new session.")] = None,
+    mark: Annotated[
+        str | None, typer.Option(help="Mark when this condition begins or ceases to hold.")
+    ] = None,
     workspace: WorkspaceOption = HERE,
     store: StoreOption = None,
     json_output: JsonFlag = False,
@@ -188,6 +191,7 @@ def record(
             seed,
             options=_options(density, option),
             session=session,
+            mark=mark,
             progress=progress,
         )
     _print(result, json_output)
@@ -344,6 +348,43 @@ def fit(
             delay=_delay(delay),
             out=out,
             name=name,
+            progress=progress,
+        )
+    report = [] if json_output else result.pop("report")
+    _print(result, json_output)
+    if report:
+        print("\n" + "\n".join(report))
+
+
+@app.command()
+def switch(
+    name: Annotated[str, typer.Argument(help="Name of the switch.")],
+    entries: Annotated[
+        list[str],
+        typer.Argument(
+            help="Policies, the first choice first: 'POLICY when CONDITION' or 'POLICY once "
+            "CONDITION', and last the one that acts otherwise. Conditions: event:impact, "
+            "after:30s, region:x0,y0,x1,y1, boulder<5, learned:SESSION; joined by ' and '."
+        ),
+    ],
+    perception: Annotated[
+        str | None, typer.Option(help="What a learned condition may look at beside the signs.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write, .switch.json.")] = None,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """Let policies take turns: evastudio switch both "fleeing when event:impact" walking."""
+    from evastudio.live import switching
+
+    with _bar(json_output) as progress:
+        result = switching.switch(
+            Workspace(workspace, store),
+            name,
+            [switching.parse_entry(entry) for entry in entries],
+            perception=perception,
+            out=out,
             progress=progress,
         )
     report = [] if json_output else result.pop("report")

@@ -43,6 +43,7 @@ def test_every_command_has_a_sentence_of_help() -> None:
         "diagnose",
         "tune",
         "fit",
+        "switch",
         "evaluate",
     } <= set(commands)
     for name, command in commands.items():

@@ -5,15 +5,18 @@ from __future__ import annotations
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from evastudio.learning.policy_files import load_policy
+from evastudio.learning.switch import load_switch
 from evastudio.workspace import Workspace, shipped
 
 POLICIES = sorted((shipped() / "policies").glob("*.safetensors"))
+SWITCHES = sorted((shipped() / "policies").glob("*.switch.json"))
 
 
 def test_there_is_one_for_every_scene() -> None:
@@ -40,6 +43,21 @@ def test_its_own_commands_make_it_again(path: Path, tmp_path: Path) -> None:
     # Not bit for bit: sines differ in the last place from one kind of processor to another.
     assert apart.mean() < 0.005
     assert policy.pairs == again.pairs
+
+
+@pytest.mark.parametrize("path", SWITCHES, ids=lambda path: path.name)
+def test_a_switch_is_made_again_by_its_own_command(path: Path, tmp_path: Path) -> None:
+    made = load_switch(path)
+    program, *words = shlex.split(made.made_by)
+    assert program == "evastudio"
+    subprocess.run(
+        [sys.executable, "-m", "evastudio", *words, "--workspace", "."],
+        check=True,
+        cwd=tmp_path,
+        capture_output=True,
+    )
+    again = load_switch(tmp_path / "policies" / path.name)
+    assert replace(again, created=made.created) == made
 
 
 @pytest.mark.parametrize("path", POLICIES, ids=lambda path: path.stem)

@@ -8,7 +8,8 @@ from evastudio.api.context import Studio
 from evastudio.api.models import EvaluateIn, EvaluationOut, JobOut, Page
 from evastudio.evaluation import archive
 from evastudio.live.evaluating import evaluate
-from evastudio.live.headless import load_pilot, make_scene
+from evastudio.live.headless import make_scene
+from evastudio.live.piloting import load_pilot
 
 router = APIRouter(prefix="/evaluations", tags=["evaluations"])
 

@@ -204,6 +204,19 @@ class EvaluationOut(Model):
     result: Mapping[str, Any]
 
 
+class EntryIn(Model):
+    policy: Name
+    when: Annotated[str, Field(min_length=1, max_length=400)] | None = None
+    """Text of the condition; none for the last."""
+
+
+class SwitchIn(Model):
+    name: Annotated[str, Field(max_length=80)]
+    entries: Annotated[list[EntryIn], Field(min_length=2, max_length=16)]
+    perception: Name | None = None
+    """What a learned condition may look at beside the signs of the scene."""
+
+
 class JobOut(Model):
     id: int
     kind: str
@@ -226,7 +239,9 @@ class PolicyOut(BaseModel):
     session: str | None
     """Name of the session it was fitted to."""
     report: list[str]
-    """What tuning said of it, for people; empty where the learner was not chosen by it."""
+    """What fitting or tuning said of it, or when a switch switches, for people."""
+    switches: list[str]
+    """The policies of a switch, the first choice first; empty for a policy."""
     made_by: str | None
     created: str | None
     shipped: bool

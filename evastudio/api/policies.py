@@ -6,13 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, status
 
 from evastudio.api.context import Studio
-from evastudio.api.models import Page, PolicyOut
+from evastudio.api.models import JobOut, Page, PolicyOut, SwitchIn
 from evastudio.errors import NotFoundError, not_found
-from evastudio.learning.catalog import PolicyEntry, list_policies
+from evastudio.learning.catalog import PolicyEntry, checked_policy_name, list_policies
+from evastudio.live import piloting, switching
 from evastudio.live.headless import make_scene
+from evastudio.world.scene import Scene
 
 router = APIRouter(prefix="/policies", tags=["policies"])
 
@@ -26,6 +28,20 @@ def get_policies(studio: Studio, scene: str | None = None) -> Page[PolicyOut]:
     entries = list_policies(studio.workspace.policy_folders).values()
     items = [_policy(entry, studio) for entry in entries]
     return Page(items=[item for item in items if scene is None or item.scene in (scene, None)])
+
+
+@router.post("/switches", status_code=status.HTTP_202_ACCEPTED)
+def make_switch(body: SwitchIn, studio: Studio) -> JobOut:
+    """Make a switch between policies, by written conditions or learned ones; a job."""
+    job = studio.jobs.submit(
+        "switch",
+        switching.switch,
+        workspace=studio.workspace,
+        name=checked_policy_name(body.name),
+        entries=[(entry.policy, entry.when) for entry in body.entries],
+        perception=body.perception,
+    )
+    return JobOut.model_validate(job)
 
 
 @router.get("/{name}")
@@ -48,6 +64,12 @@ def _policy(entry: PolicyEntry, studio: Studio) -> PolicyOut:
 def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) -> PolicyOut:
     scene: Mapping[str, Any] = header.get("scene") or {}
     extra: Mapping[str, Any] = header.get("extra") or {}
+    now, problem = _mismatch(scene, studio) if entry.problem is None else (None, entry.problem)
+    report = _report(extra)
+    if entry.switch is not None and now is not None:
+        known = list_policies(studio.workspace.policy_folders)
+        problem = problem or piloting.cannot_play(entry.switch, now, known)
+        report = [] if problem else [entry.switch.words(now)]
     return PolicyOut(
         name=entry.name,
         scene=scene.get("name"),
@@ -57,12 +79,13 @@ def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) ->
         settings=header.get("settings") or {},
         pairs=header.get("pairs"),
         session=extra.get("session_name"),
-        report=_report(extra),
+        report=report,
+        switches=[] if entry.switch is None else list(entry.switch.policies),
         made_by=header.get("made_by"),
         created=header.get("created"),
         shipped=entry.path.parent.resolve() != studio.workspace.policies.resolve(),
         stale=_stale(header, extra, studio),
-        problem=entry.problem or _mismatch(scene, studio),
+        problem=problem,
     )
 
 
@@ -75,17 +98,18 @@ def _report(extra: Mapping[str, Any]) -> list[str]:
     )
 
 
-def _mismatch(scene: Mapping[str, Any], studio: Studio) -> str | None:
+def _mismatch(scene: Mapping[str, Any], studio: Studio) -> tuple[Scene | None, str | None]:
+    """The scene as it is now, and why what was made for `scene` cannot play in it, or None."""
     try:
-        now = make_scene(studio.workspace, str(scene.get("name"))).version
+        now = make_scene(studio.workspace, str(scene.get("name")))
     except NotFoundError as error:
-        return str(error)
-    if scene.get("version") != now:
-        return (
+        return None, str(error)
+    if scene.get("version") != now.version:
+        return now, (
             f"It was made for version {scene.get('version')} of the scene, which is now version "
-            f"{now}. Fit it again."
+            f"{now.version}. Fit it again."
         )
-    return None
+    return now, None
 
 
 def _stale(header: Mapping[str, Any], extra: Mapping[str, Any], studio: Studio) -> bool:

@@ -10,6 +10,8 @@ from typing import Any
 
 from evastudio.errors import InvalidInputError, StorageError, not_found
 from evastudio.learning.policy_files import SUFFIX, read_policy_header
+from evastudio.learning.switch import SUFFIX as SWITCH
+from evastudio.learning.switch import Switch, load_switch
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,79}")
 
@@ -24,10 +26,15 @@ class PolicyEntry:
     """What the file says of itself; None where it cannot be read."""
     problem: str | None
     """Why it cannot be read, or None."""
+    switch: Switch | None = None
+    """Where it is a switch between other policies."""
 
 
 def list_policies(folders: Iterable[Path]) -> dict[str, PolicyEntry]:
-    """Every policy file in `folders` by name; where two share a name, the first folder's wins."""
+    """Every policy and switch in `folders` by name, in order of the names.
+
+    Where two share a name, the first folder's wins, and in one folder the policy.
+    """
     entries: dict[str, PolicyEntry] = {}
     for folder in folders:
         for path in sorted(folder.glob("*" + SUFFIX)):
@@ -39,18 +46,27 @@ def list_policies(folders: Iterable[Path]) -> dict[str, PolicyEntry]:
                 problem = str(error)
             name = path.name.removesuffix(SUFFIX)
             entries.setdefault(name, PolicyEntry(name, path, header, problem))
-    return entries
+        for path in sorted(folder.glob("*" + SWITCH)):
+            name = path.name.removesuffix(SWITCH)
+            try:
+                switch = load_switch(path)
+                entry = PolicyEntry(name, path, switch.to_json(), None, switch)
+            except StorageError as error:
+                entry = PolicyEntry(name, path, None, str(error))
+            entries.setdefault(name, entry)
+    return dict(sorted(entries.items()))
 
 
 def find_policy_file(reference: str, folders: Iterable[Path]) -> Path:
-    """The file of a policy given by its name or its path. Raises NotFoundError."""
+    """The file of a policy or switch given by its name or its path. Raises NotFoundError."""
     path = Path(reference)
-    if path.suffix == SUFFIX and path.is_file():
+    if path.name.endswith((SUFFIX, SWITCH)) and path.is_file():
         return path
     names = {
-        path.name.removesuffix(SUFFIX): path
+        path.name.removesuffix(suffix): path
         for folder in reversed(tuple(folders))
-        for path in folder.glob("*" + SUFFIX)
+        for suffix in (SWITCH, SUFFIX)
+        for path in folder.glob("*" + suffix)
     }
     if reference not in names:
         raise not_found("policy", reference, names)

@@ -111,7 +111,7 @@ def load_switch(path: str | Path) -> Switch:
         if len(data) > MAX_BYTES:
             raise InvalidInputError(f"it is larger than {MAX_BYTES // 1_000_000} MB")
         return _switch(json.loads(data.decode("utf-8")))
-    except (KeyError, TypeError, ValueError, RecursionError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
         reason = str(error) if isinstance(error, InvalidInputError) else "it is not whole"
         raise StorageError(
             f"{path} is not a switch that can be used: {reason}. It may be damaged, cut short or "

@@ -94,10 +94,10 @@ class MarkedTakes:
         before: Counts = np.repeat(marked[self.starts] - self.marks[self.starts], self.lengths)
         return np.asarray((marked - before) % 2 == 1)
 
-    def acting(self, holds: Mask) -> Mask:
-        """Where the other policy would act if a condition held at the moments `holds`, (...,
-        moments)."""
-        if not self.once:
+    def acting(self, holds: Mask, once: bool) -> Mask:
+        """Where the other policy would act if a condition held at the moments `holds`, (moments,),
+        and if it then did for good."""
+        if not once:
             return holds
         return np.asarray(self.step >= np.repeat(self.first(holds), self.lengths, axis=-1))
 
@@ -116,9 +116,10 @@ class MarkedTakes:
         weight = np.where(self.after, 0.5 / share, 0.5 / (1.0 - share))
         return np.asarray(np.add.reduceat((holds != self.after) * weight, self.starts, axis=-1))
 
-    def near(self, holds: Mask) -> Mask:
-        """In which takes every switch would fall within NEAR decisions of its mark, (takes,)."""
-        would, should = self._changes(self.acting(holds)), self._changes(self.after)
+    def near(self, acting: Mask) -> Mask:
+        """In which takes every switch falls within NEAR decisions of its mark, (takes,), if the
+        other policy acts at the moments `acting`, (moments,)."""
+        would, should = self._changes(acting), self._changes(self.after)
         return np.array(
             [
                 len(one) == len(other) and bool((np.abs(one - other) <= NEAR).all())
@@ -196,31 +197,24 @@ def learn_switch(marked: MarkedTakes, progress: Progress = silent) -> LearnedSwi
             "No moment is marked in the kept takes. Press the key that marks a moment where the "
             "switch should fall, in a few takes, and learn again."
         )
+    worth = WORTH * len(marked.lengths)
+    trials = [_search(marked.earlier(steps)) for steps in range(LATEST + 1)]
+    costs = [
+        found.wrong + worth * (len(found.bounds) + bool(late)) for late, found in enumerate(trials)
+    ]
+    late = int(np.argmin(costs))  # believing in a delay costs as much as a further bound
+    prompt = marked.earlier(late)
     takes = np.arange(len(marked.lengths))
     near = 0
     for take in takes:
-        progress(float(take) / (len(takes) + 1), "Trying it on takes left out")
-        rest = marked.only(takes[takes != take])
-        if len(takes) > 1 and rest.marks.any():
-            bounds, late = _learned(rest)
-            alone = marked.only([take]).earlier(late)
-            near += bool(alone.near(_holds(alone, bounds))[0])
-    bounds, late = _learned(marked)
+        progress(float(take) / len(takes), "Trying it on takes left out")
+        rest, alone = prompt.only(takes[takes != take]), prompt.only([take])
+        if rest.marks.any():
+            holds = _holds(alone, _settled(rest, _search(rest)))
+            near += bool(alone.near(alone.acting(holds, marked.once))[0])
     progress(1.0, "Learned")
-    return LearnedSwitch(
-        Condition(bounds, marked.once), len(takes), int(marked.marks.sum()), late, near
-    )
-
-
-def _learned(marked: MarkedTakes) -> tuple[tuple[Bound, ...], int]:
-    """Bounds, and how late the marks are: so late only where that saves half of what is wrong."""
-    best, late, saved = _search(marked), 0, np.inf
-    worth = WORTH * len(marked.lengths)
-    for steps in range(1, LATEST + 1):
-        trial = _search(marked.earlier(steps))
-        if trial.wrong < min(best.wrong / 2, best.wrong - worth, saved):
-            best_late, late, saved = trial, steps, trial.wrong
-    return _settled(marked.earlier(late), best_late if late else best), late
+    condition = Condition(_settled(prompt, trials[late]), marked.once)
+    return LearnedSwitch(condition, len(takes), int(marked.marks.sum()), late, near)
 
 
 @dataclass(frozen=True)
@@ -284,9 +278,9 @@ def _different(grown: list[_Found]) -> list[_Found]:
 
 def _limits(marked: MarkedTakes, values: Array) -> Array:
     """Where a bound on a reading (moments,) could lie: between values at marks, and in between."""
-    at = np.flatnonzero(marked.marks)
+    at, last = np.flatnonzero(marked.marks), len(values) - 1
     around = [
-        (values[np.maximum(at + shift, 0)] + values[np.maximum(at + shift - 1, 0)]) / 2
+        (values[np.minimum(at + shift, last)] + values[np.maximum(at + shift - 1, 0)]) / 2
         for shift in (0, 1)
     ]
     known = np.unique(values.round(DIGITS))

@@ -18,8 +18,8 @@ from evastudio.evaluation.versions import versions
 from evastudio.learning.catalog import find_policy_file
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.compiled import ensure_compiled
-from evastudio.learning.policy_files import load_policy
-from evastudio.live.headless import load_pilot, make_scene
+from evastudio.live.headless import make_scene
+from evastudio.live.piloting import load_pilot, scene_of
 from evastudio.pilots.guard import GUARDED
 from evastudio.workspace import Workspace
 from evastudio.world.scene import Scene
@@ -48,7 +48,7 @@ def evaluate(
     """
     if not policies:
         raise InvalidInputError("No policy was given; name at least one to evaluate.")
-    place = make_scene(workspace, scene or _scene_of(workspace, policies), options)
+    place = make_scene(workspace, scene or scene_of(workspace, policies), options)
     with on_cluster(cluster) as everywhere:
         many = jobs if cluster is None else everywhere
         compared = _compare(workspace, place, policies, worlds, seed, like, many, progress)
@@ -122,15 +122,6 @@ def _told(compared: Comparison) -> dict[str, Any]:
     told = compared.to_json()
     told["policies"] = told.pop("pilots")
     return told
-
-
-def _scene_of(workspace: Workspace, policies: Sequence[str]) -> str:
-    """The scene that the first of `policies` that comes from a file was made for."""
-    for name in policies:
-        plain = name.removeprefix(GUARDED)
-        if not plain.startswith("scripted:") and plain != "straight":
-            return load_policy(find_policy_file(plain, workspace.policy_folders)).scene_name
-    return "asteroids"
 
 
 def _fingerprint(workspace: Workspace, name: str) -> str | None:

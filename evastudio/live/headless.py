@@ -23,26 +23,25 @@ from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, StorageError, not_found
 from evastudio.learning.catalog import (
     checked_policy_name,
-    find_policy_file,
     policy_name_from,
 )
 from evastudio.learning.cleaning import N_NEIGHBORS, THRESHOLD, Progress, clean_pairs, silent
 from evastudio.learning.delay import Asked
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy import find_learner
-from evastudio.learning.policy_files import SUFFIX, load_policy, save_policy
+from evastudio.learning.policy_files import SUFFIX, save_policy
 from evastudio.learning.tuning import AUTO
 from evastudio.live.clips import dress
 from evastudio.live.perceiving import see_session, unmarked
 from evastudio.live.tuning import tune_session
-from evastudio.pilots.guard import GUARDED, GuardedPilot
 from evastudio.pilots.lead import LeadPilot
-from evastudio.pilots.policy import PolicyPilot
+from evastudio.pilots.marking import MarkingPilot
 from evastudio.pilots.scripted import find_pilot
 from evastudio.workspace import Workspace
 from evastudio.world.cast import of_lead
+from evastudio.world.conditions import parse_condition
 from evastudio.world.loading import find_scene, find_scenes
-from evastudio.world.rollout import Pilot, roll_out
+from evastudio.world.rollout import roll_out
 from evastudio.world.scene import Scene, world_seeds
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
@@ -80,19 +79,25 @@ def record(
     *,
     options: Mapping[str, float] | None = None,
     session: str | None = None,
+    mark: str | None = None,
     clock: Callable[[], float] = time.time,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """Let a scripted pilot demonstrate for `minutes` into a new session.
 
     World i has the i-th seed that follows from `seed`; the last take is cut when the time is up.
+    The pilot marks the moments when the condition `mark`, text as in `evastudio.world.conditions`,
+    begins or ceases to hold.
     """
     if not 0.0 < minutes <= MAX_MINUTES:
         raise InvalidInputError(
             f"The time is {minutes} minutes; it must be more than 0 and at most {MAX_MINUTES:g}."
         )
     place = make_scene(workspace, scene, options)
-    actor = LeadPilot(find_pilot(pilot))
+    leading = find_pilot(pilot)
+    if mark is not None:
+        leading = MarkingPilot(leading, parse_condition(mark, place))
+    actor = LeadPilot(leading)
     left = round(minutes * 60.0 / place.dt_s)
     total = left
     outcomes: Counter[str] = Counter()
@@ -101,7 +106,14 @@ def record(
     with Store(workspace.ready().store_url) as store:
         name = session or f"{pilot} {seed}"
         command = _command(
-            "record", scene, pilot=pilot, minutes=minutes, seed=seed, options=options, session=name
+            "record",
+            scene,
+            pilot=pilot,
+            minutes=minutes,
+            seed=seed,
+            options=options,
+            session=name,
+            mark=mark,
         )
         number = store.create_session(place, name, pilot, clock(), command)
         recorder = Recorder(store, number)
@@ -299,23 +311,6 @@ def fit(
         "report": [late.sentence(), *told, *(() if tuning is None else tuning.sentences)],
         "bytes": path.stat().st_size,
     }
-
-
-def load_pilot(workspace: Workspace, reference: str, scene: Scene) -> Pilot:
-    """A pilot by name: a policy's name or file, `scripted:...`, `straight`, or `guarded:` and any.
-
-    Raises NotFoundError, StorageError for a damaged policy, ConflictError for one of another
-    scene.
-    """
-    plain = reference.removeprefix(GUARDED)
-    pilot: Pilot
-    if plain.startswith("scripted:") or plain == "straight":
-        pilot = find_pilot(plain)
-    else:
-        path = find_policy_file(plain, workspace.policy_folders)
-        pilot = PolicyPilot(load_policy(path), path.name.removesuffix(SUFFIX))
-        pilot.check(scene)
-    return pilot if plain == reference else GuardedPilot(pilot)
 
 
 def _unless_auto(delay: Asked) -> Asked | None:

@@ -16,7 +16,8 @@ from typing import Any, TypeVar
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, StudioError
-from evastudio.live.headless import load_pilot, make_scene
+from evastudio.live.headless import make_scene
+from evastudio.live.piloting import load_pilot
 from evastudio.live.stage import Frame, Stage
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.workspace import Workspace

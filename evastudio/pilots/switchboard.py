@@ -66,13 +66,13 @@ class Switchboard(Pilot):
                 worlds[:] = True
             if not worlds.any():
                 continue
-            own: Memory = within(f"{number}.", memory)
+            own = within(f"{number}.", memory)
             if worlds.all():
                 given, own = pilot.act(scene, snapshot, own)
             else:
                 theirs = {name: array[worlds] for name, array in own.items()}
-                given, theirs = pilot.act(scene, snapshot.take(worlds), theirs)
-                own = {name: _put(array, worlds, theirs[name]) for name, array in own.items()}
+                given, changed = pilot.act(scene, snapshot.take(worlds), theirs)
+                own = {name: _put(array, worlds, changed[name]) for name, array in own.items()}
             actions[asked] = given[asked[worlds]]
             after |= named(f"{number}.", own)
         return actions, after

@@ -68,5 +68,6 @@ STYLES: Mapping[str, Traits] = {
     "hurried": Traits(intention={"room": 1.0, "wander": 0.04, "rest": 0.0}),
     "shy": Traits(intention={"room": 3.0, "wander": 0.12, "rest": 0.2}),
     "startled": Traits(intention={"drop_s": 1.0}),
+    "surprised": Traits(intention={"drop_s": 5.0, "drop_within_s": 20.0, "room": 1.0}),
 }
 """The scripted demonstrators on offer. None of them is a person; all are programs."""

@@ -35,6 +35,7 @@ PATHS = [
     ("POST", "/api/v1/takes/1/trash"),
     ("POST", "/api/v1/takes/1/restore"),
     ("GET", "/api/v1/policies"),
+    ("POST", "/api/v1/policies/switches"),
     ("GET", "/api/v1/evaluations"),
     ("POST", "/api/v1/evaluations"),
     ("GET", "/api/v1/evaluations/1"),

@@ -7,7 +7,7 @@ import pytest
 
 import evastudio
 from evastudio.errors import NotFoundError
-from evastudio.live.headless import load_pilot
+from evastudio.live.piloting import load_pilot
 from evastudio.pilots.guard import GuardedPilot
 from evastudio.pilots.scripted import find_pilot
 from evastudio.workspace import Workspace, shipped

@@ -1,0 +1,97 @@
+"""Pilots by name: policies, switches between them, scripted demonstrators, and guards."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable
+from pathlib import Path
+
+from evastudio.errors import ConflictError, InvalidInputError, StudioError
+from evastudio.learning import switch as switches
+from evastudio.learning.catalog import find_policy_file
+from evastudio.learning.policy_files import SUFFIX, load_policy
+from evastudio.learning.switch import Switch, load_switch
+from evastudio.pilots.guard import GUARDED, GuardedPilot
+from evastudio.pilots.policy import PolicyPilot
+from evastudio.pilots.scripted import find_pilot
+from evastudio.pilots.straight import StraightPilot
+from evastudio.pilots.switchboard import Switchboard
+from evastudio.workspace import Workspace
+from evastudio.world.rollout import Pilot
+from evastudio.world.scene import Scene
+
+
+def file_named(reference: str) -> str | None:
+    """What `reference` calls a file by: the name of a policy or switch; None for a program."""
+    plain = reference.removeprefix(GUARDED)
+    return None if plain.startswith("scripted:") or plain == StraightPilot.name else plain
+
+
+def load_pilot(workspace: Workspace, reference: str, scene: Scene) -> Pilot:
+    """A pilot by name: a policy's or switch's name or file, `scripted:...`, `straight`, or
+    `guarded:` and any.
+
+    Raises NotFoundError, StorageError for a damaged file, ConflictError for one of another scene.
+    """
+    plain = reference.removeprefix(GUARDED)
+    pilot: Pilot
+    if file_named(plain) is None:
+        pilot = find_pilot(plain)
+    else:
+        path = find_policy_file(plain, workspace.policy_folders)
+        if _is_switch(path):
+            name = path.name.removesuffix(switches.SUFFIX)
+            pilot = load_switchboard(workspace, load_switch(path), scene, name)
+        else:
+            pilot = PolicyPilot(load_policy(path), path.name.removesuffix(SUFFIX))
+            pilot.check(scene)
+    return pilot if plain == reference else GuardedPilot(pilot)
+
+
+def load_switchboard(
+    workspace: Workspace, switch: Switch, scene: Scene, name: str = "switch"
+) -> Switchboard:
+    """The pilot of a `switch`. Raises as `load_pilot`, naming the entry that cannot act."""
+    pilots = []
+    for number, entry in enumerate(switch.entries, start=1):
+        try:
+            plain = file_named(entry.policy)
+            if plain is not None and _is_switch(find_policy_file(plain, workspace.policy_folders)):
+                raise InvalidInputError(
+                    f"{plain!r} is itself a switch; list the policies that it is made of."
+                )
+            pilots.append(load_pilot(workspace, entry.policy, scene))
+        except StudioError as error:
+            raise type(error)(f"Entry {number} of switch {name!r} cannot act. {error}") from None
+    board = Switchboard(switch, pilots, name)
+    board.check(scene)
+    return board
+
+
+def cannot_play(switch: Switch, scene: Scene, known: Container[str]) -> str | None:
+    """Why `switch` cannot play in `scene` with the policies `known` at hand; None where it can."""
+    for name in map(file_named, switch.policies):
+        if name is not None and name not in known:
+            return f"It needs the policy {name!r}, which is not here. Fit it under that name."
+    try:
+        for entry in switch.entries:
+            if entry.when is not None:
+                entry.when.check(scene)
+    except ConflictError as error:
+        return str(error)
+    return None
+
+
+def scene_of(workspace: Workspace, references: Iterable[str]) -> str:
+    """The scene that the first of `references` that comes from a file was made for."""
+    for name in references:
+        plain = file_named(name)
+        if plain is not None:
+            path = find_policy_file(plain, workspace.policy_folders)
+            if _is_switch(path):
+                return str(load_switch(path).scene["name"])
+            return load_policy(path).scene_name
+    return "asteroids"
+
+
+def _is_switch(path: Path) -> bool:
+    return path.name.endswith(switches.SUFFIX)
