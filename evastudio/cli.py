@@ -397,7 +397,9 @@ def switch(
 def evaluate(
     policies: Annotated[
         list[str],
-        typer.Argument(help="Policies (name or file), scripted:NAME, straight, or guarded:ANY."),
+        typer.Argument(
+            help="Policies (name or file), scripted:NAME, straight, astar, or guarded:ANY."
+        ),
     ],
     worlds: Annotated[int, typer.Option(help="How many new worlds.", min=1)] = 100,
     seed: Annotated[int, typer.Option(help="Decides the worlds.", min=0)] = 0,

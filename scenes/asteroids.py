@@ -27,6 +27,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from evastudio.world.bodies import Body, Camera, Look, Mesh
+from evastudio.world.course import Course
 from evastudio.world.geometry import directions, quaternions_from_euler
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Sign
 from evastudio.world.snapshot import AnyArray, Snapshot
@@ -186,6 +187,18 @@ class Asteroids(Scene):
         away = -lateral / np.maximum(aside, 1e-9)[:, :, None]
         turn = total(push[:, :, None] * away)
         return self.action.clip(turn - homing * off_course(snapshot))
+
+    def course(self, snapshot: Snapshot) -> Course:
+        return Course(
+            balls=snapshot["rocks"],
+            reach=REACH,
+            position=snapshot["position"],
+            heading=snapshot["heading"],
+            speed=SPEED,
+            steepest=float(HEADING),
+            length=LENGTH,
+            half_width=self.values["half_width"],
+        )
 
     # -- what it looks like --------------------------------------------------------------------
 

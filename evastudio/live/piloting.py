@@ -12,8 +12,7 @@ from evastudio.learning.policy_files import SUFFIX, load_policy
 from evastudio.learning.switch import Switch, load_switch
 from evastudio.pilots.guard import GUARDED, GuardedPilot
 from evastudio.pilots.policy import PolicyPilot
-from evastudio.pilots.scripted import find_pilot
-from evastudio.pilots.straight import StraightPilot
+from evastudio.pilots.scripted import find_pilot, is_program
 from evastudio.pilots.switchboard import Switchboard
 from evastudio.workspace import Workspace
 from evastudio.world.rollout import Pilot
@@ -23,11 +22,11 @@ from evastudio.world.scene import Scene
 def file_named(reference: str) -> str | None:
     """What `reference` calls a file by: the name of a policy or switch; None for a program."""
     plain = reference.removeprefix(GUARDED)
-    return None if plain.startswith("scripted:") or plain == StraightPilot.name else plain
+    return None if is_program(plain) else plain
 
 
 def load_pilot(workspace: Workspace, reference: str, scene: Scene) -> Pilot:
-    """A pilot by name: a policy's or switch's name or file, `scripted:...`, `straight`, or
+    """A pilot by name: a policy's or switch's name or file, one of `pilot_names`, or
     `guarded:` and any.
 
     Raises NotFoundError, StorageError for a damaged file, ConflictError for one of another scene.

@@ -7,7 +7,7 @@ Any scene with an `intention` can be driven by them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.errors import not_found
+from evastudio.pilots.astar import AStarPilot
 from evastudio.pilots.chance import normals, uniforms
 from evastudio.pilots.straight import StraightPilot
 from evastudio.pilots.traits import STYLES, Traits
@@ -169,9 +170,21 @@ def _beside(mask: NDArray[np.bool_], array: AnyArray) -> NDArray[np.bool_]:
     return mask.reshape(-1, *(1 for _ in array.shape[1:]))
 
 
+PROGRAMS: Mapping[str, Callable[[], Pilot]] = {
+    StraightPilot.name: StraightPilot,
+    AStarPilot.name: AStarPilot,
+}
+"""Pilots that are shown nothing and are nobody's stand-in."""
+
+
 def pilot_names() -> list[str]:
     """Every name that `find_pilot` answers to."""
-    return [StraightPilot.name, *(f"scripted:{style}" for style in STYLES)]
+    return [*PROGRAMS, *(f"scripted:{style}" for style in STYLES)]
+
+
+def is_program(name: str) -> bool:
+    """Whether `name` is for `find_pilot`, and not the name of a policy."""
+    return name in PROGRAMS or name.startswith("scripted:")
 
 
 def find_pilot(name: str, **traits: Any) -> Pilot:
@@ -181,11 +194,11 @@ def find_pilot(name: str, **traits: Any) -> Pilot:
     """
     if name not in pilot_names():
         raise not_found("pilot", name, pilot_names())
-    known = [] if name == StraightPilot.name else [field.name for field in fields(Traits)]
+    known = [] if name in PROGRAMS else [field.name for field in fields(Traits)]
     for trait in traits:
         if trait not in known:
             raise not_found(f"trait of pilot {name!r}", trait, known)
-    if name == StraightPilot.name:
-        return StraightPilot()
+    if name in PROGRAMS:
+        return PROGRAMS[name]()
     style = STYLES[name.removeprefix("scripted:")]
     return ScriptedPilot(replace(style, **traits), name)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.cast import of_lead
+from evastudio.world.course import Course
 from evastudio.world.snapshot import AnyArray, Snapshot, stack
 from evastudio.world.spaces import Array, Box, Space
 
@@ -263,6 +264,13 @@ class Scene(ABC):
         Raises NotFoundError where a scene has none.
         """
         raise not_found(f"scripted demonstrator for scene {self.name!r}", "scripted", [])
+
+    def course(self, snapshot: Snapshot) -> Course:
+        """The worlds as a planner searches them.
+
+        Raises NotFoundError where a scene is no course.
+        """
+        raise not_found(f"course for a planner through scene {self.name!r}", "astar", [])
 
     def notice(self, snapshot: Snapshot) -> Array:
         """What each of `signs` is now, shape (worlds, signs), finite; with an axis for
