@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from evastudio.learning.conflicts import ConflictEliminator
     from evastudio.learning.knn import KNNPolicy
     from evastudio.learning.local_linear import LocalLinearPolicy
+    from evastudio.learning.mlp import MLPPolicy
     from evastudio.learning.policy_files import load_policy, save_policy
     from evastudio.learning.sampled import SampledKNNPolicy
     from evastudio.learning.svr import SVRPolicy
@@ -18,6 +19,7 @@ _FROM = {
     "ConflictEliminator": "conflicts",
     "KNNPolicy": "knn",
     "LocalLinearPolicy": "local_linear",
+    "MLPPolicy": "mlp",
     "SVRPolicy": "svr",
     "SampledKNNPolicy": "sampled",
     "VotingKNNPolicy": "voting",
@@ -29,6 +31,7 @@ __all__ = [
     "ConflictEliminator",
     "KNNPolicy",
     "LocalLinearPolicy",
+    "MLPPolicy",
     "SVRPolicy",
     "SampledKNNPolicy",
     "VotingKNNPolicy",

@@ -15,6 +15,7 @@ from evastudio.learning.checking import bearable
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.learner import Indices, Learner, Reasons
 from evastudio.learning.local_linear import LocalLinearPolicy
+from evastudio.learning.mlp import MLPPolicy
 from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
 from evastudio.learning.voting import SampledVotingPolicy, VotingKNNPolicy
@@ -25,6 +26,7 @@ LEARNERS: Mapping[str, type[Learner]] = {
     "knn": KNNPolicy,
     "local-linear": LocalLinearPolicy,
     "sampled": SampledKNNPolicy,
+    "mlp": MLPPolicy,
     "voting": VotingKNNPolicy,
     "sampled-voting": SampledVotingPolicy,
 }

@@ -10,6 +10,7 @@ import pytest
 from evastudio.errors import InvalidInputError
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.local_linear import LocalLinearPolicy
+from evastudio.learning.mlp import MLPPolicy
 from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
 from evastudio.learning.voting import VotingKNNPolicy
@@ -26,6 +27,7 @@ LEARNERS = [
     VotingKNNPolicy(1),
     SVRPolicy(),
     SVRPolicy(bases=8),
+    MLPPolicy(4),
 ]
 EVERY = pytest.mark.parametrize("learner", LEARNERS, ids=repr)
 

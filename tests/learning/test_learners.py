@@ -9,6 +9,7 @@ from evastudio.errors import InvalidInputError
 from evastudio.learning.conflicts import ConflictEliminator
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.local_linear import LocalLinearPolicy
+from evastudio.learning.mlp import MLPPolicy
 from evastudio.learning.rival_cleaning import ClusterEliminator, ConflictBlender
 from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
@@ -27,6 +28,7 @@ ALL = [
     SVRPolicy(bases=50),
     LocalLinearPolicy(k=5),
     SampledKNNPolicy(),
+    MLPPolicy(8),
     VotingKNNPolicy(),
     VotingKNNPolicy(weights="distance"),
     ConflictEliminator(),
@@ -50,6 +52,7 @@ def test_they_are_offered_by_the_room_itself():
         ConflictEliminator,
         KNNPolicy,
         LocalLinearPolicy,
+        MLPPolicy,
         SampledKNNPolicy,
         SVRPolicy,
         VotingKNNPolicy,
@@ -57,7 +60,7 @@ def test_they_are_offered_by_the_room_itself():
     )
 
     assert {ConflictEliminator, VotingKNNPolicy, SampledKNNPolicy} <= set(map(type, ALL))
-    assert {KNNPolicy, SVRPolicy, LocalLinearPolicy} <= set(map(type, ALL))
+    assert {KNNPolicy, SVRPolicy, LocalLinearPolicy, MLPPolicy} <= set(map(type, ALL))
     assert callable(load_policy)
 
 
@@ -103,7 +106,9 @@ def test_svr_agrees_with_scikit_learn():
         assert away.max() < 2e-3 * half  # both stop within 1e-3 of the minimum
 
 
-@pytest.mark.parametrize("learner", [KNNPolicy(3), KNNPolicy(3, "distance"), SVRPolicy()])
+@pytest.mark.parametrize(
+    "learner", [KNNPolicy(3), KNNPolicy(3, "distance"), SVRPolicy(), MLPPolicy()]
+)
 def test_the_answer_to_one_state_is_its_answer_in_any_batch(learner):
     states, actions = some_pairs()
     queries, _ = some_pairs(2, 600)
@@ -113,7 +118,7 @@ def test_the_answer_to_one_state_is_its_answer_in_any_batch(learner):
         assert np.array_equal(learner.decide(queries[rows]), whole[rows])
 
 
-@pytest.mark.parametrize("learner", [KNNPolicy(3), SVRPolicy(), LocalLinearPolicy(9)])
+@pytest.mark.parametrize("learner", [KNNPolicy(3), SVRPolicy(), LocalLinearPolicy(9), MLPPolicy()])
 def test_explanations_point_at_recorded_pairs(learner):
     states, actions = some_pairs()
     reasons = learner.fit(states, actions).explain(states[:9])
@@ -128,7 +133,7 @@ def test_explanations_point_at_recorded_pairs(learner):
 def test_a_state_component_that_never_changes_does_no_harm():
     states, actions = some_pairs()
     states[:, 1] = 0.1
-    for learner in (KNNPolicy(3), SVRPolicy()):
+    for learner in (KNNPolicy(3), SVRPolicy(), MLPPolicy()):
         assert np.isfinite(learner.fit(states, actions).predict(states)).all()
 
 
@@ -143,6 +148,10 @@ def test_a_state_component_that_never_changes_does_no_harm():
         (SVRPolicy(C=0.0), "C=0.0"),
         (SVRPolicy(gamma=float("nan")), "gamma=nan"),
         (SVRPolicy(epsilon="small"), "epsilon='small'"),
+        (MLPPolicy(hidden=0), "hidden is 0"),
+        (MLPPolicy(hidden=1e9), "hidden is 1000000000.0"),
+        (MLPPolicy(seed="lucky"), "seed is 'lucky'"),
+        (MLPPolicy(alpha=-1.0), "alpha=-1.0"),
     ],
 )
 def test_a_setting_that_means_nothing_is_named(learner, says):
@@ -150,7 +159,7 @@ def test_a_setting_that_means_nothing_is_named(learner, says):
         learner.fit(np.arange(10.0)[:, None], np.arange(10.0))
 
 
-@pytest.mark.parametrize("learner", [KNNPolicy(2), SVRPolicy()])
+@pytest.mark.parametrize("learner", [KNNPolicy(2), SVRPolicy(), MLPPolicy()])
 def test_pairs_that_cannot_be_used_are_refused(learner):
     good = np.arange(10.0)[:, None]
     for states, actions in (

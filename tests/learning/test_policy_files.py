@@ -28,6 +28,7 @@ SETTINGS = {
     "compact": {"bases": 9},
     "local-linear": {"k": 7},
     "sampled": {"k": 4, "link": 0.02},
+    "mlp": {"hidden": 5, "iterations": 20},
     "voting": {"k": 3},
     "sampled-voting": {"k": 3},
 }

@@ -73,6 +73,7 @@ POLICIES = [
     "policy:knn:paper",
     "policy:local-linear:canonical",
     "policy:sampled:canonical",
+    "policy:mlp:canonical",
 ]
 
 
