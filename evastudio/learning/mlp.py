@@ -179,7 +179,7 @@ class MLPPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             np.tanh(sums, out=sums)
             for component, weights in enumerate(self._columns):
                 actions[rows, component] = (sums * weights).sum(axis=1)
-        return actions + self.outer_bias_
+        return np.asarray(actions + self.outer_bias_)
 
     @property
     def kept(self) -> Indices:
