@@ -14,6 +14,10 @@ any direction. Metres, seconds and radians; x east, y north, z up.
 | heading          | (N,)      | 0 is east, counter-clockwise; turns add up beyond a full one    |
 | speed            | (N,)      | in the last step, m/s                                           |
 | phase            | (N,)      | cycles walked so far, for the swing of the legs                 |
+| cadence          | (N,)      | cycles a second in the last step                                |
+| feet             | (N, 2, 3) | where the left and the right foot stand, or stood last: x, y    |
+|                  |           | and heading of its track                                        |
+| brisk            | (N,)      | how much of the last ten steps or so one walked, 0 to 1         |
 | hit              | (N,)      | 1 for those whom the impact knocked over                        |
 | blocked          | (N,)      | steps so far that somebody stood in the way of                  |
 | boulder          | (3,)      | where it comes down (x, y), and seconds since it was let go,    |
@@ -35,8 +39,9 @@ import trimesh
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
-from evastudio.motion.figures import figures
-from evastudio.motion.moment import Activity, Moment
+from evastudio.motion.figures import figures, smooth
+from evastudio.motion.footing import NOTICED, REST, Passage, at_home, complex_of, settling
+from evastudio.motion.moment import Activity, Footing, Moment
 from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
 from evastudio.world.bodies import Body, Camera, Look, Mesh
@@ -90,6 +95,10 @@ NOWHERE = 1e6
 """Metres to a boulder that has not been let go."""
 SIGHT = 8
 """Cells beyond this are not perceived."""
+REMEMBERED = 20.0
+"""Steps over which it is remembered how much somebody walked."""
+MANNERED = (0.4, 0.9)
+"""Shares of steps walked at which a walk is a shy one, and a hurried one."""
 NEAREST = 3
 PATHS = {"ahead": 0, "half_left": 1, "half_right": -1, "left": 2, "right": -2}
 """Eighths from the way one faces."""
@@ -110,7 +119,7 @@ class Crowd(Peopled):
 
     name = "crowd"
     title = "Crowd and boulder"
-    version = 1
+    version = 2
     dt_s = 0.5
     render_hz = 30.0
     outcomes = ("running", "over")
@@ -192,17 +201,22 @@ class Crowd(Peopled):
             [rng.choice(self.side**2, self.people, replace=False) for _ in range(worlds)]
         )
         position = np.stack([cells % self.side, cells // self.side], axis=2) * CELL
+        fixed = {
+            "size": rng.normal(1.0, 0.05, shape).clip(0.88, 1.12),
+            "looks": rng.integers(LOOKS, size=shape),
+            "whims": rng.random((*shape, WHIMS)),
+        }
+        heading = rng.integers(8, size=shape) * EIGHTH
         return Snapshot(
-            {
-                "size": rng.normal(1.0, 0.05, shape).clip(0.88, 1.12),
-                "looks": rng.integers(LOOKS, size=shape),
-                "whims": rng.random((*shape, WHIMS)),
-            },
+            fixed,
             {
                 "position": position,
-                "heading": rng.integers(8, size=shape) * EIGHTH,
+                "heading": heading,
                 "speed": np.zeros(shape),
-                "phase": rng.random(shape),
+                "phase": rng.integers(2, size=shape) / 2 + 2 * REST * rng.random(shape),
+                "cadence": np.zeros(shape),
+                "feet": at_home(position, heading),
+                "brisk": np.full(shape, 0.5 * (MANNERED[0] + MANNERED[1])),
                 "hit": np.zeros(shape, dtype=np.int64),
                 "blocked": np.zeros(shape, dtype=np.int64),
                 "boulder": np.tile((0.0, 0.0, -1.0), (worlds, 1)),
@@ -221,10 +235,55 @@ class Crowd(Peopled):
             for name, wild in self._run(snapshot, actions, boulder).items():
                 here = struck.reshape(-1, *(1,) * (wild.ndim - 1))
                 moving[name] = np.where(here, wild, moving.get(name, wild))
-        moving["phase"] = snapshot["phase"] + self.dt_s * figures().cadence(
-            moving["speed"], (moving["heading"] - snapshot["heading"]) / self.dt_s, snapshot["size"]
+        after = snapshot.after(**moving, boulder=boulder, steps=snapshot["steps"] + 1)
+        return after.after(**self._stepped(snapshot, after))
+
+    def _stepped(self, before: Snapshot, after: Snapshot) -> dict[str, AnyArray]:
+        """How legs got there: their phase, and where each foot stands."""
+        speed, size, phase = after["speed"], after["size"], before["phase"]
+        turn_rate = (after["heading"] - before["heading"]) / self.dt_s
+        cycles = figures().cadence(speed, turn_rate, size, manners(before)) * self.dt_s
+        stands = (speed == 0.0) & (turn_rate == 0.0)
+        cycles[stands] = settling(
+            before["feet"][stands],
+            after["position"][stands],
+            after["heading"][stands],
+            phase[stands],
         )
-        return snapshot.after(**moving, boulder=boulder, steps=snapshot["steps"] + 1)
+        after = after.after(
+            phase=phase + cycles,
+            cadence=cycles / self.dt_s,
+            brisk=before["brisk"] + ((speed > 0.0) - before["brisk"]) / REMEMBERED,
+        )
+        shifted = self._shifted(before, after)
+        feet = self._passage(shifted, after).landed(shifted["feet"])
+        down = lying(after)
+        feet[down] = at_home(after["position"][down], after["heading"][down])
+        return {**after.moving, "feet": feet}
+
+    def _shifted(self, before: Snapshot, after: Snapshot) -> Snapshot:
+        """`before`, by whole grounds to where it is nearest `after`."""
+        ground = self.side * CELL
+        shift = np.rint((after["position"] - before["position"]) / ground) * ground
+        if not shift.any():
+            return before
+        feet = before["feet"].copy()
+        feet[..., :2] += shift[:, :, None]
+        return before.after(position=before["position"] + shift, feet=feet)
+
+    def _passage(self, before: Snapshot, after: Snapshot) -> Passage:
+        """From one decision to the next."""
+        return Passage(
+            figures(),
+            self.dt_s,
+            complex_of(before["position"]),
+            complex_of(after["position"]),
+            before["speed"] * np.exp(1j * before["heading"]),
+            (before["heading"], after["heading"]),
+            (before["phase"], after["phase"]),
+            after["size"],
+            manners(before),
+        )
 
     def notice(self, snapshot: Snapshot) -> Array:
         ground, since = self.side * CELL, snapshot["boulder"][:, 2:]
@@ -414,13 +473,26 @@ class Crowd(Peopled):
     # -- what it looks like --------------------------------------------------------------------
 
     def interpolate(self, before: Snapshot, after: Snapshot, fraction: float) -> Snapshot:
-        ground = self.side * CELL
-        shift = np.rint((after["position"] - before["position"]) / ground) * ground
-        turn_rate = (after["heading"] - before["heading"]) / self.dt_s
-        mixed = super().interpolate(
-            before.after(position=before["position"] + shift, speed=after["speed"]), after, fraction
+        before = self._shifted(before, after)
+        way = self._passage(before, after)
+        footing = way.footing(fraction, before["feet"], after["feet"])
+        eased = {
+            name: before[name]
+            + (after[name] - before[name]) * smooth(np.asarray(fraction / NOTICED))
+            for name in ("speed", "cadence")
+        }
+        return (
+            super()
+            .interpolate(before, after, fraction)
+            .after(
+                **eased,
+                position=way.position(fraction),
+                heading=way.heading(fraction),
+                turn_rate=way.turn_rate(fraction),
+                feet=footing.stood,
+                aims=footing.aims,
+            )
         )
-        return mixed.after(turn_rate=turn_rate)
 
     def meshes(self) -> Mapping[str, Mesh]:
         return {
@@ -433,11 +505,26 @@ class Crowd(Peopled):
 
     def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
         world = snapshot.take(slice(0, 1))
-        fell_s = float(world["boulder"][0, 2])
-        struck_s = fell_s - FALL_S
+        lead = self.nearest_image(world)[0, int(world["lead"][0])]
+        return [
+            *paving_bodies(lead),
+            skyline_body(lead),
+            *self.figures.bodies(self.moment(world)),
+            *boulder_bodies(world["boulder"][0]),
+        ]
+
+    def moment(self, world: Snapshot) -> Moment:
+        """What the people of one world do."""
+        struck_s = float(world["boulder"][0, 2]) - FALL_S
         position, size, speed = world["position"][0], world["size"][0], world["speed"][0]
+        feet = world["feet"][0]
+        aims = world.moving["aims"][0] if "aims" in world.moving else feet
         if struck_s < 0.0:
-            position = self.nearest_image(world)[0]
+            shift = self.nearest_image(world)[0] - position
+            position = position + shift
+            feet, aims = feet.copy(), aims.copy()
+            feet[..., :2] += shift[:, None]
+            aims[..., :2] += shift[:, None]
         # The ground has no edge: far from the lead people come out of nowhere, growing.
         lead = position[int(world["lead"][0])]
         inside = self.side * CELL / 2 - np.abs(position - lead).max(axis=1)
@@ -449,7 +536,10 @@ class Crowd(Peopled):
         haste = getting_up_s / (DOWN_S - rises)
         since_s = max((struck_s - rises) * haste if struck_s >= rises else struck_s, 0.0)
         still = np.zeros_like(world["heading"])
-        people = Moment(
+        # Who grows does so about the middle, feet included.
+        middle = at_home(position, world["heading"][0])
+        stood, next_ones = (middle + (one - middle) * grown[:, None, None] for one in (feet, aims))
+        return Moment(
             positions=position,
             headings=world["heading"][0],
             speeds=speed * grown,
@@ -462,13 +552,10 @@ class Crowd(Peopled):
             times_s=float(world["steps"][0]) * self.dt_s + 3.0 * world["whims"][0, :, 0],
             sizes=size * grown,
             looks=world["looks"][0],
+            manners=manners(world)[0],
+            cadences=world["cadence"][0],
+            footing=Footing(stood, next_ones),
         )
-        return [
-            *paving_bodies(lead),
-            skyline_body(lead),
-            *self.figures.bodies(people),
-            *boulder_bodies(world["boulder"][0]),
-        ]
 
     def cameras(self, snapshot: Snapshot) -> Mapping[str, Camera]:
         chase = self.camera(snapshot)
@@ -627,6 +714,12 @@ class Boulder(Perception):
     def to_world(self, frame: AnyArray, actions: Array) -> Array:
         besides = np.zeros((*actions.shape[:-1], 4))
         return np.concatenate([actions[..., :1] * frame, actions[..., 1:2], besides], axis=-1)
+
+
+def manners(snapshot: Snapshot) -> Array:
+    """How people walk, (worlds, N), from shy, -1, to hurried, 1: by how much they do it."""
+    low, high = MANNERED
+    return np.clip(2.0 * (snapshot["brisk"] - low) / (high - low) - 1.0, -1.0, 1.0)
 
 
 def lying(snapshot: Snapshot) -> NDArray[np.bool_]:

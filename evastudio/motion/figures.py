@@ -12,7 +12,7 @@ from evastudio.errors import InvalidInputError
 from evastudio.motion import keyposes, shapes
 from evastudio.motion.body import HIPS, OFFSETS, PARENTS, UPPER
 from evastudio.motion.gait import HURRIED, PHASES, PLAIN, RUNNING, SHY, Gait, gait, stride_at
-from evastudio.motion.legs import legs
+from evastudio.motion.legs import legs, too_high
 from evastudio.motion.moment import Activity, Moment
 from evastudio.motion.poses import Poses
 from evastudio.motion.rotations import (
@@ -26,7 +26,10 @@ from evastudio.motion.rotations import (
 )
 from evastudio.motion.table import (
     ANKLES,
+    ASIDE,
+    DUTIES,
     HINGES,
+    PLACES,
     ROOT,
     STROKES,
     TURNS,
@@ -34,6 +37,7 @@ from evastudio.motion.table import (
     Table,
     Whole,
     gait_rows,
+    resting_rows,
     rows,
 )
 from evastudio.world.bodies import Body, Mesh
@@ -60,6 +64,10 @@ TURN_A_CYCLE = 1.1
 SLOWEST_HZ = 0.45
 """Who creeps takes small steps at about this cadence instead of long slow ones."""
 GRAVITY = 9.81
+RISING = 0.1
+"""Share of its way to the next step after which a foot need not be reached any more."""
+LOWERED = 0.2
+"""Metres, at most, by which hips sink to reach feet that stand far off."""
 
 
 @dataclass(frozen=True)
@@ -120,10 +128,11 @@ class Figures:
         chosen = dict(movements or {})
         resting = chosen.pop(Activity.STAND) if Activity.STAND in chosen else None
         stands = [
-            rows(keyposes.stand(manner) if resting is None else resting) for manner in MANNERS
+            resting_rows(keyposes.stand(manner) if resting is None else resting)
+            for manner in MANNERS
         ]
-        self._stands = np.array([table.add(np.concatenate([s, s[:1]])) for s in stands])
-        self._stand_rows = len(stands[0])
+        self._stands = np.array([table.add(stand) for stand in stands])
+        self._stand_rows = len(stands[0]) - 1
         timed: dict[Activity, _Timed] = {}
         for code, shipped, fade_in_s, fade_out_s in ONCE:
             poses = chosen.pop(code) if code in chosen else shipped()
@@ -159,8 +168,19 @@ class Figures:
         cadence = np.maximum(
             self.cadence(moment.speeds, turns, moment.sizes, moment.manners), 1e-3
         ).astype(np.float32)
-        table = self._table.mixed(*self._mix(moment, speeds, turns))
-        upper, ankles, feet, hinges = stepped(table, speeds / cadence, turns / cadence)
+        walking = moving(speeds, turns)
+        if moment.cadences is not None:
+            walking = smooth(moment.cadences.astype(np.float32) / SLOWEST_HZ)
+        indices, weights = self._mix(moment, speeds, walking)
+        table = self._table.mixed(indices, weights)
+        held = None
+        if moment.footing is None:
+            tracks = on_arc(table, speeds / cadence, turns / cadence)
+        else:
+            upright = weights[:, :12].sum(axis=1)
+            tracks, held = on_ground(table, moment, walking * upright, upright)
+            settle(table)
+        upper, ankles, feet, hinges = stepped(table, *tracks)
         root = np.moveaxis(table[ROOT], 0, -1)
         lean = -0.6 * np.arctan(speeds * turns / GRAVITY)
         root[:, 1] -= lean * root[:, 2]
@@ -178,6 +198,10 @@ class Figures:
             at[these] = at[above] + rotated(over, offsets)
             turn[these] = product(over, upper[these])
         sockets = at[0] + rotated(turn[0], HIPS[:, None].astype(np.float32))
+        if held is not None:
+            lower = held * np.clip(too_high(sockets, ankles), 0.0, LOWERED)
+            at[:9, :, 2] -= lower.max(axis=0)
+            sockets[..., 2] -= lower.max(axis=0)
         knees, reached, thighs, shanks = legs(sockets, ankles, hinges)
         at[9:11], at[11:13], at[13:15] = sockets, knees, reached
         turn[9:11], turn[11:13], turn[13:15] = thighs, shanks, feet
@@ -234,10 +258,9 @@ class Figures:
         gap = self._speeds[low + 1] - self._speeds[low]
         return low, np.clip((speeds - self._speeds[low]) / gap, 0.0, 1.0)
 
-    def _mix(self, moment: Moment, speeds: Floats, turns: Floats) -> tuple[Whole, Floats]:
-        """Rows of the table and their weights, each (N, 14)."""
-        walking = moving(speeds, turns)
-        standing = 1 - walking
+    def _mix(self, moment: Moment, speeds: Floats, walking: Floats) -> tuple[Whole, Floats]:
+        """Rows of the table and their weights, each (N, 14); the last two of what runs once."""
+        walking, standing = walking.copy(), 1 - walking
         count = len(speeds)
         indices = np.zeros((14, count), dtype=np.int32)
         weights = np.zeros((14, count), dtype=np.float32)
@@ -313,25 +336,72 @@ GAITS = (Activity.WALK, Activity.RUN)
 """Activities that are walked in cycles."""
 
 
-def stepped(
+def on_arc(
     table: Floats, strides: Floats, turns: Floats
 ) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-    """Upper rotations, ankles, feet and hinges of mixed rows, stepping along an arc.
+    """Where the track under each foot is, x and y, and cosine and sine of half its turn, (2, N).
 
     `strides` (N,) and `turns` (N,) are metres at size 1 and radians a cycle. The straight track
     on which the feet were laid is bent into the circle that the character walks, and stretched
     to its stride: a foot that stands then stands still on the ground, whatever the speed.
     """
-    count = table.shape[1]
-    rotations = normalized(np.moveaxis(table[TURNS].reshape(11, 4, count), 1, -1))
-    hinges = np.moveaxis(table[HINGES].reshape(2, 3, count), 1, -1)
-    x, y, z = np.moveaxis(table[ANKLES].reshape(2, 3, count), 1, 0)
     strokes = table[STROKES]
     half = turns * strokes / 2
     c, s = np.cos(half), np.sin(half)
     chord = strokes * strides * np.where(np.abs(half) > 1e-4, s / np.where(half == 0, 1, half), 1)
+    return chord * c, chord * s, c, s
+
+
+def on_ground(
+    table: Floats, moment: Moment, walking: Floats, upright: Floats
+) -> tuple[tuple[Numbers, Numbers, Numbers, Numbers], Numbers]:
+    """The same where a `footing` is given, and how much each foot stands, 0 to 1, (2, N).
+
+    `walking` and `upright` (N,) tell how far each walks, and how far each is on the feet at all:
+    those of who lies move with the body.
+    """
+    assert moment.footing is not None
+    stood, aims = (np.moveaxis(feet, 0, -1) for feet in (moment.footing.stood, moment.footing.aims))
+    duties = np.where(walking > 0.01, table[DUTIES] / np.maximum(walking, 0.01), 0.6)
+    phases = np.mod(moment.phases - np.array([[0.0], [0.5]]), 1.0)
+    swing = np.clip((phases - duties) / (1 - duties), 0.0, 1.0)
+    # As `gait.stroke`, seen from the ground: feet leave and arrive at rest.
+    slope = swing * (1 - swing) * (1 - 2 * swing) * (1 - duties)
+    share = duties * swing * swing * (3 - 2 * swing) + (1 - duties) * swing - slope
+    track = stood + (aims - stood) * share[:, None]
+    away = (track[:, :2] - moment.positions.T[:2]) * (upright / moment.sizes)
+    c, s = np.cos(moment.headings), np.sin(moment.headings)
+    x, y = c * away[:, 0] + s * away[:, 1], c * away[:, 1] - s * away[:, 0]
+    half = (track[:, 2] - moment.headings) * (upright / 2)
+    held = upright * smooth(1 - share / RISING)
+    x, y, c, s, held = (
+        part.astype(np.float32) for part in (x, y, np.cos(half), np.sin(half), held)
+    )
+    return (x, y, c, s), held
+
+
+def settle(table: Floats) -> None:
+    """Change mixed rows, in place, so that feet stand at one place of their tracks in all of them.
+
+    A foot that stands would slide as one row takes over from another; the body does so instead.
+    """
+    ahead = table[PLACES][::2]
+    table[ROOT.start] -= ahead.mean(axis=0)
+    table[ANKLES.start : ANKLES.stop : 3] -= ahead
+    aside = np.array([[ASIDE], [-ASIDE]], dtype=np.float32)
+    table[ANKLES.start + 1 : ANKLES.stop : 3] += aside - table[PLACES][1::2]
+
+
+def stepped(
+    table: Floats, x: Numbers, y: Numbers, c: Numbers, s: Numbers
+) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+    """Upper rotations, ankles, feet and hinges of mixed rows, with feet on their tracks."""
+    count = table.shape[1]
+    rotations = normalized(np.moveaxis(table[TURNS].reshape(11, 4, count), 1, -1))
+    hinges = np.moveaxis(table[HINGES].reshape(2, 3, count), 1, -1)
+    ahead, aside, up = np.moveaxis(table[ANKLES].reshape(2, 3, count), 1, 0)
     cos, sin = c * c - s * s, 2 * s * c
-    ankles = joined(chord * c + cos * x - sin * y, chord * s + sin * x + cos * y, z)
+    ankles = joined(x + cos * ahead - sin * aside, y + sin * ahead + cos * aside, up)
     zero = np.zeros_like(c)
     feet = product(joined(c, zero, zero, s), rotations[9:11])
     hx, hy, hz = components(hinges)

@@ -66,6 +66,8 @@ class Gait:
 
     It falls by as much as the phase rises while the foot stands.
     """
+    duties: Array
+    """Shape (2,): share of the cycle that each foot stands."""
     stride_m: float
     """Metres a cycle at size 1."""
     speed: float
@@ -98,7 +100,9 @@ def gait(speed: float, manner: Manner = PLAIN) -> Gait:
     bob *= -0.035 if runs else 0.006 + 0.012 * brisk
     root[:, 2] = bob + (top - bob).min()
     hinges = np.broadcast_to(np.array([[-0.1, 1.0, 0.0], [0.1, 1.0, 0.0]]), (PHASES, 2, 3))
-    return Gait(Poses(root, upper, ankles, feet, np.array(hinges)), strokes, stride, speed)
+    return Gait(
+        Poses(root, upper, ankles, feet, np.array(hinges)), strokes, np.full(2, duty), stride, speed
+    )
 
 
 def stride_at(speed: float, manner: Manner = PLAIN) -> float:

@@ -47,3 +47,9 @@ def legs(
     knees = sockets - up * (THIGH * at_hip)[..., None] + ahead * sine[..., None]
     reached = sockets - up * length[..., None]
     return knees, reached, product(leg, about(1, -hip)), product(leg, about(1, foot))
+
+
+def too_high(sockets: Numbers, ankles: Numbers) -> Numbers:
+    """How much nearer the ground `sockets` (..., 3) must be to reach the ankles; may be below 0."""
+    dx, dy, dz = components(sockets - ankles)
+    return np.asarray(dz - np.sqrt(np.maximum(LONGEST**2 - dx * dx - dy * dy, 0.1)))

@@ -37,6 +37,17 @@ def whole_zero() -> NDArray[np.int64]:
 
 
 @dataclass(frozen=True)
+class Footing:
+    """Where the feet of N characters are, as `footing.py` finds it."""
+
+    stood: Array
+    """Shape (N, 2, 3), left and right: x, y and heading of the track on which each foot stands,
+    or stood before it rose."""
+    aims: Array
+    """Shape (N, 2, 3): where each comes down next."""
+
+
+@dataclass(frozen=True)
 class Moment:
     """What N characters do at one moment; arrays of shape () are for all of them."""
 
@@ -62,6 +73,10 @@ class Moment:
     """From -1, shy, to 1, hurried."""
     looks: NDArray[np.int64] = field(default_factory=whole_zero)
     """Clothes, hair, skin and build, by number."""
+    cadences: Array | None = None
+    """Cycles a second, where these are others than `Figures.cadence` tells; 0 for who stands."""
+    footing: Footing | None = None
+    """Where feet are; where it is None they are as if speed and turning had always been these."""
 
     def __post_init__(self) -> None:
         count = len(self.positions)
@@ -72,6 +87,8 @@ class Moment:
         if not np.isfinite(self.positions).all():
             raise InvalidInputError("The positions hold NaN or infinite numbers.")
         for entry in fields(self)[1:]:
+            if entry.name == "footing" or getattr(self, entry.name) is None:
+                continue
             array = np.asarray(getattr(self, entry.name))
             if array.shape not in ((), (count,)):
                 raise InvalidInputError(
@@ -86,3 +103,10 @@ class Moment:
             kind = np.int64 if entry.name in ("activities", "looks") else np.float64
             wide = np.broadcast_to(array.astype(kind, copy=False), (count,))
             object.__setattr__(self, entry.name, wide)
+        if self.footing is not None:
+            for feet in (self.footing.stood, self.footing.aims):
+                if feet.shape != (count, 2, 3) or not np.isfinite(feet).all():
+                    raise InvalidInputError(
+                        f"The footing has shape {feet.shape}; expected finite numbers of shape "
+                        f"({count}, 2, 3), three for each foot."
+                    )

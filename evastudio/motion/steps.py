@@ -82,7 +82,7 @@ def gait_of(poses: Poses, rate_hz: float, name: str) -> Gait:
     pace, ankles = pace * shorter, laid
     speed = pace * rate_hz / length
     held = Poses(root, level.upper, ankles, level.feet, level.hinges)
-    return Gait(held, strokes, pace, speed)
+    return Gait(held, strokes, duties, pace, speed)
 
 
 def _cycle(poses: Poses, rate_hz: float, name: str) -> tuple[int, int]:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from evastudio.motion.body import HALF_HIPS
 from evastudio.motion.gait import Gait
 from evastudio.motion.poses import Poses
 from evastudio.world.spaces import Array
@@ -19,7 +20,12 @@ HINGES = slice(44, 50)
 ROOT = slice(50, 53)
 ANKLES = slice(53, 59)
 STROKES = slice(59, 61)
-CHANNELS = 61
+DUTIES = slice(61, 63)
+PLACES = slice(63, 67)
+"""Ahead and aside of each track that its foot stands."""
+CHANNELS = 67
+ASIDE = 0.9 * HALF_HIPS
+"""How far aside of the middle feet are that stay where they stood."""
 
 Floats = NDArray[np.float32]
 Whole = NDArray[Any]
@@ -32,14 +38,29 @@ def rows(poses: Poses) -> Array:
         part.reshape(len(poses), -1)
         for part in (poses.upper, poses.feet, poses.hinges, poses.root, poses.ankles)
     ]
-    return np.concatenate([*flat, np.zeros((len(poses), 2))], axis=1)
+    table = np.concatenate([*flat, np.zeros((len(poses), CHANNELS - STROKES.start))], axis=1)
+    table[:, PLACES] = (0.0, ASIDE, 0.0, -ASIDE)
+    return table
+
+
+def resting_rows(poses: Poses) -> Array:
+    """The same for poses that rest on their feet; the last row repeats the first."""
+    table = rows(poses)
+    table[:, PLACES] = poses.ankles[:, :, :2].mean(axis=0).ravel()
+    return np.concatenate([table, table[:1]])
 
 
 def gait_rows(gait: Gait) -> Array:
     """A cycle as rows, its feet beside their strokes; the last row repeats the first."""
     table = rows(gait.poses)
-    table[:, STROKES] = gait.strokes
+    table[:, STROKES], table[:, DUTIES] = gait.strokes, gait.duties
     table[:, [ANKLES.start, ANKLES.start + 3]] -= gait.strokes * gait.stride_m
+    for foot, touchdown in enumerate((0, len(table) // 2)):
+        middle = round(touchdown + gait.duties[foot] / 2 * len(table)) % len(table)
+        first = ANKLES.start + 3 * foot
+        table[:, PLACES.start + 2 * foot : PLACES.start + 2 * foot + 2] = table[
+            middle, first : first + 2
+        ]
     return np.concatenate([table, table[:1]])
 
 

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
 from evastudio.errors import InvalidInputError
 from evastudio.live.clips import add_clips, choose_clip, clips, dress, forget_clip
 from evastudio.live.headless import make_scene
+from evastudio.live.piloting import load_pilot
 from evastudio.motion.figures import figures
 from evastudio.motion.library import CHOICES
+from evastudio.motion.moment import Moment
 from evastudio.motion.peopled import Peopled
+from evastudio.motion.sliding import steps_cm
 from evastudio.workspace import Workspace
+from evastudio.world.rollout import Pilot
 from tests.motion.walker import bvh, glb, walking
 
 PEOPLE = {"people": 5.0}
@@ -25,8 +31,20 @@ def crowd(workspace: Workspace) -> Peopled:
 
 def limbs(scene: Peopled) -> np.ndarray:
     world = scene.worlds([3])
-    walked = world.after(speed=np.full((1, 5), 1.4), phase=np.full((1, 5), 0.3))
+    ones = np.ones((1, 5))
+    walked = world.after(speed=1.4 * ones, phase=0.3 * ones, cadence=ones)
     return np.concatenate([body.wxyzs for body in scene.bodies(walked) if "figure" in body.name])
+
+
+def drawn(scene: Peopled, pilot: Pilot, steps: int, seed: int = 5) -> Iterator[Moment]:
+    """What is drawn of a crowd, 30 moments a second."""
+    world, memory = scene.worlds([seed]), pilot.begin(scene, [seed])
+    for _ in range(steps):
+        actions, memory = pilot.act(scene, world, memory)
+        after = scene.step(world, actions)
+        for share in np.arange(1, 16) / 15:
+            yield scene.moment(scene.interpolate(world, after, float(share)))  # type: ignore[attr-defined]
+        world = after
 
 
 def test_people_walk_as_was_chosen_and_again_as_shipped(workspace: Workspace) -> None:
@@ -85,3 +103,18 @@ def test_a_scene_without_people_is_left_alone(workspace: Workspace) -> None:
     scene = make_scene(workspace, "asteroids")
     dress(scene, workspace)
     assert not hasattr(scene, "figures")
+
+
+@pytest.mark.parametrize("clip", [None, "odd.bvh"], ids=["shipped", "imported"])
+@pytest.mark.parametrize("pilot", ["scripted:hurried", "scripted:shy", "scripted:startled"])
+def test_feet_do_not_slide_in_the_crowd(workspace: Workspace, pilot: str, clip: str | None) -> None:
+    if clip is not None:
+        add_clips(workspace, clip, bvh(walking(0.9)).encode())
+        choose_clip(workspace, "walk", clip)
+    scene = make_scene(workspace, "crowd", {"people": 25.0, "side": 20.0})
+    assert isinstance(scene, Peopled)
+    moments = drawn(scene, load_pilot(workspace, pilot, scene), steps=24)
+    slid = steps_cm(scene.figures, moments, scene.worlds([5])["size"][0])
+    assert len(slid) > 200
+    assert slid.mean() < 1.5
+    assert np.quantile(slid, 0.99) < 3.0

@@ -35,7 +35,8 @@ def crowd(seed: int, count: int = 40) -> Moment:
 
 
 def one(moment: Moment, row: int) -> Moment:
-    return Moment(**{name: array[row : row + 1] for name, array in vars(moment).items()})
+    given = {name: array for name, array in vars(moment).items() if array is not None}
+    return Moment(**{name: array[row : row + 1] for name, array in given.items()})
 
 
 @given(st.integers(0, 2**32 - 1))

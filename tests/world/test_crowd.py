@@ -161,12 +161,12 @@ def test_between_decisions_nobody_jumps() -> None:
     scene = CROWD(people=40, side=15)
     moments = walked(scene, find_pilot("scripted:startled"), [2], 12)
     for before, after in pairwise(moments):
-        halfway = scene.interpolate(before, after, 0.5)
-        for end in (before, after):
-            shift = halfway["position"] - end["position"]
-            ground = scene.side * CELL
+        frames = [scene.interpolate(before, after, share) for share in np.arange(16) / 15]
+        ground = scene.side * CELL
+        for earlier, later in pairwise([before, *frames, after]):
+            shift = later["position"] - earlier["position"]
             shift = shift - np.rint(shift / ground) * ground
-            assert np.abs(shift).max() < 1.3
+            assert np.abs(shift).max() < 0.22  # starting, one is up to a third faster for a moment
 
 
 def test_clumsy_hands_drop_no_boulder_and_hesitate_on_the_spot() -> None:
