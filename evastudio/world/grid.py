@@ -21,7 +21,7 @@ AHEAD = np.array([(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (
 """The cell that each of the eight ways leads to."""
 IN_A_ROW = 5
 """No more free cells than this are counted."""
-FIRST_LOOKS = (12, 48)
+FIRST_LOOKS = (20, 68)
 """How many of the cells around are looked at before the others, when the nearest are sought."""
 BLOCK = 4096
 """People who look around at a time, to bound memory."""
