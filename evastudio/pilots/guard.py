@@ -22,6 +22,7 @@ class GuardedPilot(Pilot):
     def __init__(self, pilot: Pilot) -> None:
         self.pilot = pilot
         self.name = GUARDED + pilot.name
+        self.reactive = pilot.reactive
 
     def begin(self, scene: Scene, seeds: Sequence[int]) -> Memory:
         return self.pilot.begin(scene, seeds)

@@ -26,7 +26,9 @@ def watched(scene, pilot, seeds, steps):
     return seen
 
 
-@pytest.mark.parametrize("name", ["crowd-hurried", "crowd-shy", "scripted:hurried"])
+@pytest.mark.parametrize(
+    "name", ["crowd-hurried", "crowd-shy", "crowd-and-boulder", "scripted:hurried"]
+)
 def test_nobody_is_ever_blocked(name: str, workspace: Workspace) -> None:
     scene = CROWD(people=120, side=20)
     pilot = load_pilot(workspace, f"guarded:{name}", scene)
