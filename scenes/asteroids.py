@@ -54,6 +54,8 @@ SIGHT = 40.0
 """Rocks farther ahead are not perceived."""
 REACH = ROCK_RADIUS + SHIP_RADIUS
 FAR_AWAY = 1e6
+FAR_BEHIND, FAR_AHEAD = (-24.0, 0.0, 9.0), (26.0, 0.0, 0.0)
+"""Metres from the ship to the camera that sees more of the field, and to where it looks."""
 MOST = 8
 """No more rocks than this are ever looked at closely."""
 
@@ -221,6 +223,11 @@ class Asteroids(Scene):
         parts = [Body(name, name, ship, pose, np.ones(1)) for name in SHIP]
         flames = [Body(name, name, ship, pose, flicker) for name in FLAMES]
         return [*bodies, dust(self.values["half_width"]), *parts, *flames]
+
+    def cameras(self, snapshot: Snapshot) -> Mapping[str, Camera]:
+        ship = snapshot["position"][0]
+        far = Camera(ship + FAR_BEHIND, ship + FAR_AHEAD, up=np.array([0.0, 0.0, 1.0]))
+        return {"chase": self.camera(snapshot), "far": far}
 
     def camera(self, snapshot: Snapshot) -> Camera:
         forward, _, up = (axis[0] for axis in ship_axes(snapshot["heading"][:1] * 0.8))

@@ -19,7 +19,7 @@ def paving_meshes() -> dict[str, Mesh]:
     faces = np.array([(0, 1, 2), (0, 2, 3)])
     return {
         "paving": Mesh(square, faces, (200, 192, 178), flat=True),
-        "joint": Mesh(square * (0.5, 0.012, 1.0), faces, (152, 144, 132), flat=True),
+        "joint": Mesh(square * (0.5, 0.02, 1.0), faces, (152, 144, 132), flat=True),
     }
 
 

@@ -145,7 +145,7 @@ def test_an_animator_leads_one_releases_thirty_and_they_run(
     assert (stage.snapshot["position"][0] != start).any(axis=1).sum() >= 5
 
     # And then the boulder, where the pointer is.
-    page.locator("#policy").select_option("crowd-fleeing")
+    page.locator("#policy").select_option("crowd-and-boulder")
     page.locator("#play").click()
     phase(page, "playing")
     page.keyboard.press("v")
@@ -153,7 +153,7 @@ def test_an_animator_leads_one_releases_thirty_and_they_run(
     expect(page.locator("#deciding")).to_be_visible()
     at_least(page, "seconds", 4)
     page.screenshot(path=pictures / "crowd-before.png")
-    place = point(page, 0.6, 0.5)
+    place = point(page, 0.55, 0.45)
     aimed = ground_at(scene.cameras(stage.snapshot)["overview"], *place)
     page.keyboard.press("b")
     once(stage, lambda: since_s(stage) >= 2.0)
@@ -176,7 +176,7 @@ def test_buttons_ask_for_a_place_and_a_policy_moves_the_others(
     studio = open_page().studio
     stage = choose_crowd(page, studio)
     page.locator("#option-people").fill("8")
-    page.locator("#others").select_option("crowd-hurried")
+    page.locator("#others").select_option("crowd-and-boulder")
     page.locator("#another").click()
     page.locator("#demonstrate").click()
     phase(page, "recording")
@@ -200,5 +200,5 @@ def test_buttons_ask_for_a_place_and_a_policy_moves_the_others(
     assert stage.snapshot["boulder"][0, :2] == pytest.approx(aimed, abs=1e-6)
     page.keyboard.press("r")
     phase(page, "countdown")
-    assert stage.status()["others"] == "crowd-hurried"
+    assert stage.status()["others"] == "crowd-and-boulder"
     assert stage.status()["lead"] == 1

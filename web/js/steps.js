@@ -55,7 +55,8 @@ export function steps(store, act) {
     clean.classList.toggle("warn", missing.clean === null && !!session(state)?.cleaning?.stale);
     const learner = state.scene?.symbols.length ? "voting" : state.learner;
     say(fit, missing.fit ?? LEARNERS[learner]);
-    const report = (policy(state)?.report ?? []).slice(0, REPORTED).join(" ");
+    const shown = policy(state);
+    const report = (shown?.switches.length ? [] : (shown?.report ?? [])).slice(0, REPORTED).join(" ");
     say(byId("fit-report", HTMLElement), report);
     say(play, missing.play ?? playWords(state));
     play.classList.toggle("warn", !!policy(state)?.problem || !!policy(state)?.stale);
@@ -94,6 +95,7 @@ function playWords(state) {
   const chosen = policy(state);
   if (!chosen) return "";
   if (chosen.stale) return "Your takes have changed since this was fitted: fit again to use them.";
+  if (chosen.switches.length) return chosen.report.join(" ");
   const from = chosen.session ? ` from “${chosen.session}”` : "";
   return `Learned from ${plural(chosen.pairs ?? 0, "pair")}${from}.`;
 }

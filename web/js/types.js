@@ -19,7 +19,7 @@
  *   outcome: string | null, trashed: boolean, started_at: number}} Take
  * @typedef {{name: string, scene: string, learner: string, pairs: number, session: string | null,
  *   created: string | null, shipped: boolean, stale: boolean, problem: string | null,
- *   report: string[]}} Policy
+ *   report: string[], switches: string[]}} Policy
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled"} JobState
  * @typedef {{id: number, kind: string, session: number | null, state: JobState, progress: number,
  *   message: string, result: Record<string, any> | null, error: string | null}} Job
