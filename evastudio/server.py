@@ -23,7 +23,6 @@ from evastudio.api.app import api_router
 from evastudio.api.context import Context
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError
-from evastudio.learning.compiled import is_compiled
 from evastudio.live.jobs import Job, Jobs
 from evastudio.live.live_stage import LiveStage
 from evastudio.live.stages import Stages
@@ -32,6 +31,7 @@ from evastudio.studio.client import client_page
 from evastudio.studio.view import View
 from evastudio.workspace import shipped
 from evastudio.world.bodies import Camera
+from evastudio.world.compiled import is_compiled
 from evastudio.world.snapshot import Snapshot
 
 WEBSOCKET_BYTES = 64 * 2**20

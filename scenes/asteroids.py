@@ -29,6 +29,14 @@ from numpy.typing import NDArray
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.course import Course
 from evastudio.world.geometry import directions, quaternions_from_euler
+from evastudio.world.rocks import (
+    MOST,
+    in_cells,
+    nearest_square,
+    rocks_within,
+    smallest,
+    worst_threats,
+)
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Sign
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field
@@ -46,18 +54,11 @@ TURN = np.radians(6.0)
 HEADING = np.radians(60.0)
 """Largest yaw and pitch: the ship cannot turn back."""
 TIME_LIMIT_S = 90.0
-SLABS = 45
-"""The field is cut into so many slabs along x, and each into ROWS along y, to find rocks fast."""
-ROWS = 32
-SLAB = LENGTH / SLABS
 SIGHT = 40.0
 """Rocks farther ahead are not perceived."""
 REACH = ROCK_RADIUS + SHIP_RADIUS
-FAR_AWAY = 1e6
 FAR_BEHIND, FAR_AHEAD = (-24.0, 0.0, 9.0), (26.0, 0.0, 0.0)
 """Metres from the ship to the camera that sees more of the field, and to where it looks."""
-MOST = 8
-"""No more rocks than this are ever looked at closely."""
 
 
 class Asteroids(Scene):
@@ -122,7 +123,7 @@ class Asteroids(Scene):
         count = max(1, round(self.values["density"] * (2 * half) ** 2 / (np.pi * REACH**2)))
         rocks = rng.uniform((CLEAR, -half, -half), (LENGTH, half, half), (worlds, count, 3))
         return Snapshot(
-            in_cells(rocks, half),
+            in_cells(rocks, LENGTH, half),
             {
                 "position": np.zeros((worlds, 3)),
                 "heading": np.zeros((worlds, 2)),
@@ -143,13 +144,12 @@ class Asteroids(Scene):
 
     def outcome(self, snapshot: Snapshot) -> NDArray[np.int64]:
         position = snapshot["position"]
-        reach = np.full((len(position), 3), REACH)
-        x, y, z, present = rocks_within(snapshot, -reach, reach)
-        hit = (present & (x**2 + y**2 + z**2 < REACH**2)).any(axis=1)
+        hit = nearest_square(snapshot, REACH) < REACH**2
         left = (np.abs(position[:, 1:]) > self.values["half_width"]).any(axis=1)
         late = snapshot["steps"] * self.dt_s >= TIME_LIMIT_S
         crossed = position[:, 0] >= LENGTH
-        return np.select([hit, left, crossed, late], [2, 3, 1, 4], default=0)
+        ended = np.where(left, 3, np.where(crossed, 1, np.where(late, 4, 0)))
+        return np.where(hit, 2, ended)
 
     def progress(self, snapshot: Snapshot) -> Array:
         return np.asarray(np.clip(snapshot["position"][:, 0] / LENGTH, 0.0, 1.0))
@@ -159,9 +159,7 @@ class Asteroids(Scene):
 
     def clearance(self, snapshot: Snapshot) -> Array:
         """From hull to rock."""
-        reach = np.full((snapshot.worlds, 3), self.clear_m + REACH)
-        x, y, z, present = rocks_within(snapshot, -reach, reach)
-        apart = np.sqrt(np.where(present, x**2 + y**2 + z**2, np.inf)).min(axis=1) - REACH
+        apart = np.sqrt(nearest_square(snapshot, self.clear_m + REACH)) - REACH
         return np.where(apart <= self.clear_m, apart, np.inf)
 
     def intention(
@@ -181,7 +179,7 @@ class Asteroids(Scene):
         strength: turn per step, rad, that a rock dead ahead at the hull asks for.
         homing: share of the error of course taken back per step.
         """
-        threats, present = worst_threats(snapshot, MOST)
+        threats, present = threats_to(snapshot)
         ahead, lateral = threats[:, :, 0], threats[:, :, 1:]
         aside = np.sqrt((lateral**2).sum(axis=2))
         closeness = np.clip(1.0 - (aside - REACH) / berth, 0.0, 1.0) * np.exp(-ahead / reach)
@@ -313,7 +311,7 @@ class Canonical(Perception):
     """Metres of clearance to the side over which it does."""
 
     def perceive(self, snapshot: Snapshot) -> Percept:
-        threats, present = worst_threats(snapshot, MOST)
+        threats, present = threats_to(snapshot)
         ahead, lateral = threats[:, :, 0], threats[:, :, 1:]
         aside = np.sqrt((lateral**2).sum(axis=2))
         ahead = np.maximum(ahead - ROCK_RADIUS, 0.0) / self.fade_ahead
@@ -359,10 +357,7 @@ def off_course(snapshot: Snapshot) -> Array:
 
 def total(pushes: Array) -> Array:
     """The sum of `pushes` (worlds, N, 2) over N, in that order whatever the batch."""
-    whole = np.zeros((len(pushes), 2))
-    for number in range(pushes.shape[1]):
-        whole = whole + pushes[:, number]
-    return whole
+    return np.asarray(np.add.accumulate(pushes, axis=1)[:, -1])
 
 
 def unit(vectors: Array) -> tuple[Array, Array]:
@@ -376,92 +371,9 @@ def turned(frames: AnyArray, vectors: Array) -> Array:
     return np.asarray((frames * vectors[:, None, :]).sum(axis=2))
 
 
-def in_cells(rocks: Array, half: float) -> dict[str, AnyArray]:
-    """What is fixed in worlds with these `rocks` (worlds, N, 3), within `half` of the middle."""
-    slab = np.clip(np.floor(rocks[:, :, 0] / SLAB), 0, SLABS - 1)
-    row = np.clip(np.floor((rocks[:, :, 1] / half + 1.0) * (ROWS / 2)), 0, ROWS - 1)
-    cell = (slab * ROWS + row).astype(np.int64)
-    order = np.argsort(cell, axis=1, kind="stable")
-    edges = np.arange(SLABS * ROWS + 1)
-    cells = np.stack([np.searchsorted(np.sort(world), edges) for world in cell])
-    return {
-        "rocks": np.take_along_axis(rocks, order[:, :, None], axis=1),
-        "cells": cells.astype(np.int64),
-        "half": np.full(len(rocks), half),
-    }
-
-
-def rocks_within(
-    snapshot: Snapshot, low: Array, high: Array
-) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
-    """Rocks that lie between `low` and `high` (worlds, 3) of the ship, and perhaps a few more.
-
-    Returns their x, y and z from the ship, each (worlds, K), and which of the K are rocks at all.
-    K is at least MOST.
-    """
-    cells, position, half = snapshot["cells"], snapshot["position"], snapshot["half"]
-    worlds, count, _ = snapshot["rocks"].shape
-    world = np.arange(worlds)[:, None]
-    first = np.floor((position[:, 0] + low[:, 0]) / SLAB).astype(np.int64)
-    last = np.floor((position[:, 0] + high[:, 0]) / SLAB).astype(np.int64)
-    slab = first[:, None] + np.arange(int((last - first).max()) + 1)
-    outside = (slab > last[:, None]) | (slab < 0) | (slab >= SLABS)
-    slab = np.clip(slab, 0, SLABS - 1)
-    wide = ROWS / (2 * half)
-    first = np.floor((position[:, 1] + low[:, 1] + half) * wide).astype(np.int64)
-    last = np.floor((position[:, 1] + high[:, 1] + half) * wide).astype(np.int64)
-    start = cells[world, slab * ROWS + np.clip(first, 0, ROWS)[:, None]]
-    stop = cells[world, slab * ROWS + np.clip(last + 1, 0, ROWS)[:, None]]
-    run = np.arange(max(1, int((stop - start).max())))
-    index = (start + world * count)[:, :, None] + run
-    candidate = (run < (stop - start)[:, :, None]) & ~outside[:, :, None]
-    # By height, most of them fall away before their other coordinates are fetched.
-    rocks = snapshot["rocks"].reshape(-1, 3)
-    height = snapshot["rocks"].reshape(-1).take(index * 3 + 2, mode="clip")
-    candidate &= height >= (position[:, 2] + low[:, 2])[:, None, None]
-    candidate &= height <= (position[:, 2] + high[:, 2])[:, None, None]
-    owner = np.nonzero(candidate)[0]
-    counts = np.bincount(owner, minlength=worlds)
-    slot = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-    near = np.full((3, worlds, max(MOST, int(counts.max()))), FAR_AWAY)
-    near[:, owner, slot] = (rocks[index[candidate]] - position[owner]).T
-    return near[0], near[1], near[2], near[0] < FAR_AWAY
-
-
-def worst_threats(snapshot: Snapshot, count: int) -> tuple[Array, NDArray[np.bool_]]:
-    """The rocks that most endanger the ship, worst first.
-
-    A threat counts by its distance ahead plus 2.5 times its clearance to the side; nothing
-    behind is one. Returns vectors in the ship's frame (forward, left, up), shape
-    (worlds, count, 3), and which of them exist.
-    """
-    forward, left, up = ship_axes(snapshot["heading"])
-    # What can count lies within a blunt cone: a wide disc at the ship, a small one at its tip.
-    base, tip, far = SIGHT / 2.5 + ROCK_RADIUS + 1.0, ROCK_RADIUS, SIGHT + ROCK_RADIUS
-    flat = np.sqrt(np.maximum(1.0 - forward**2, 0.0))
-    low = np.minimum(-base * flat, far * forward - tip * flat)
-    high = np.maximum(base * flat, far * forward + tip * flat)
-    x, y, z, present = rocks_within(snapshot, low, high)
-    ahead, aside, above = (
-        x * axis[:, 0, None] + y * axis[:, 1, None] + z * axis[:, 2, None]
-        for axis in (forward, left, up)
-    )
-    lateral = np.sqrt(aside**2 + above**2)
-    menace = np.maximum(ahead - ROCK_RADIUS / 2, 0.0) + 2.5 * np.maximum(lateral - ROCK_RADIUS, 0.0)
-    menace = np.where(present & (ahead > 0.0), menace, np.inf)
-    index = smallest(menace, count)
-    exists = np.take_along_axis(menace, index, axis=1) < SIGHT
-    threats = np.stack(
-        [np.take_along_axis(values, index, axis=1) for values in (ahead, aside, above)], axis=2
-    )
-    return np.where(exists[:, :, None], threats, (FAR_AWAY, 0.0, 0.0)), exists
-
-
-def smallest(values: Array, count: int) -> NDArray[np.int64]:
-    """Columns of the `count` smallest values of each row, in order; `count` is at most MOST."""
-    index = np.argpartition(values, count - 1, axis=1)[:, :count]
-    order = np.argsort(np.take_along_axis(values, index, axis=1), axis=1, kind="stable")
-    return np.take_along_axis(index, order, axis=1)
+def threats_to(snapshot: Snapshot) -> tuple[Array, NDArray[np.bool_]]:
+    """The rocks that most endanger the ship, see `worst_threats`."""
+    return worst_threats(snapshot, ship_axes(snapshot["heading"]), ROCK_RADIUS, SIGHT)
 
 
 def ship_axes(heading: Array) -> tuple[Array, Array, Array]:

@@ -39,7 +39,6 @@ class Logbook:
         self._moving: list[Mapping[str, AnyArray]] = []
         self._fixed: Mapping[str, AnyArray] = {}
         self._actions: list[Array] = []
-        self._clearances: list[Array] = []
 
     def __call__(self, alive: NDArray[np.int64], snapshot: Snapshot, actions: Array) -> None:
         if not self._alive:
@@ -47,7 +46,6 @@ class Logbook:
         self._alive.append(alive)
         self._moving.append(snapshot.moving)
         self._actions.append(actions)
-        self._clearances.append(self._scene.clearance(snapshot))
 
     def flights(self) -> list[Flight]:
         """One for each world, in order."""
@@ -61,7 +59,6 @@ class Logbook:
             for name in self._moving[0]
         }
         actions = np.concatenate(self._actions)[order]
-        clearances = np.concatenate(self._clearances)[order]
         flights = []
         for world, (start, end) in enumerate(zip(np.r_[0, ends[:-1]], ends, strict=True)):
             fixed = {
@@ -69,8 +66,9 @@ class Logbook:
                 for name, array in self._fixed.items()
             }
             own = {name: array[start:end] for name, array in moving.items()}
-            part = slice(start, end)
-            flights.append(Flight(Snapshot(fixed, own), actions[part], clearances[part]))
+            moments = Snapshot(fixed, own)
+            clearances = self._scene.clearance(moments)  # world by world: each is near at hand
+            flights.append(Flight(moments, actions[start:end], clearances))
         return flights
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning.compiled import is_compiled
 from evastudio.learning.scaling import Scaling
+from evastudio.world.compiled import is_compiled
 from evastudio.world.spaces import Array
 
 BLOCK = 256

@@ -1,42 +1,8 @@
-"""Whether the compiled kernels are at hand, without loading them or the compiler.
-
-The first compilation takes some 25 s; from then on machine code is loaded from the user's cache
-folder. Each state of the sources has a folder of its own there: numba looks at the one file a
-function stands in, and would load old code where only a file it imports has changed. A mark in
-the folder says that everything is compiled.
-"""
+"""Compile now what the studio would else compile beside itself."""
 
 from __future__ import annotations
 
-import hashlib
-import os
-import platform
-from functools import cache
-from importlib.metadata import version
-from pathlib import Path
-
-KERNELS = Path(__file__).parent / "kernels"
-
-
-def cache_folder() -> Path:
-    """Where machine code is kept: NUMBA_CACHE_DIR, or a folder of the user's own."""
-    chosen = os.environ.get("NUMBA_CACHE_DIR")
-    if chosen:
-        return Path(chosen)
-    caches = os.environ.get("XDG_CACHE_HOME")
-    return (Path(caches) if caches else Path.home() / ".cache") / "evastudio" / "numba"
-
-
-def is_compiled() -> bool:
-    """Whether loading the kernels is quick."""
-    return _mark().is_file()
-
-
-def note_compiled() -> None:
-    """Leave the mark; `kernels.warm` does when it has run everything once."""
-    mark = _mark()
-    mark.parent.mkdir(parents=True, exist_ok=True)
-    mark.touch()
+from evastudio.world.compiled import is_compiled
 
 
 def ensure_compiled() -> None:
@@ -45,16 +11,3 @@ def ensure_compiled() -> None:
         from evastudio.learning.kernels.warm import warm  # loads the compiler
 
         warm()
-
-
-@cache
-def code_folder() -> Path:
-    """The folder for machine code made from these very sources, on such a processor."""
-    digest = hashlib.sha256(f"{KERNELS} {platform.processor()} {version('numba')}".encode())
-    for source in sorted(KERNELS.glob("*.py")):
-        digest.update(source.read_bytes())
-    return cache_folder() / digest.hexdigest()[:16]
-
-
-def _mark() -> Path:
-    return code_folder() / "compiled"

@@ -10,8 +10,9 @@ import numpy as np
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.learning.cleaning import Cleaning, Progress, silent
-from evastudio.learning.compiled import ensure_compiled, is_compiled
+from evastudio.learning.compiled import ensure_compiled
 from evastudio.learning.policy import LEARNERS, Policy, find_learner, fingerprint
+from evastudio.world.compiled import is_compiled
 from evastudio.world.scene import Perception, Scene
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning.compiled import is_compiled
+from evastudio.world.compiled import is_compiled
 from evastudio.world.spaces import Array
 
 Indices = NDArray[np.int64]

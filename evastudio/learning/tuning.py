@@ -21,11 +21,12 @@ from evastudio.demonstrations.pairs import Pairs
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.learning.candidates import GRIDS, THRESHOLDS, Candidate, others, tuned_learners
 from evastudio.learning.cleaning import N_NEIGHBORS, Progress, silent
-from evastudio.learning.compiled import ensure_compiled, is_compiled
+from evastudio.learning.compiled import ensure_compiled
 from evastudio.learning.holdout import Mask
 from evastudio.learning.perceived import Perceived, compare_perceptions
 from evastudio.learning.trials import Examiner, Trial, choose, is_better
 from evastudio.learning.tuning_report import Row, Tuning
+from evastudio.world.compiled import is_compiled
 from evastudio.world.scene import Perception, Scene
 from evastudio.world.spaces import finite_rows
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,33 @@ AnyArray = NDArray[Any]
 """Of any dtype: snapshots hold counters and flags beside real numbers."""
 
 
+class Rows(Mapping[str, AnyArray]):
+    """The arrays of `whole` at `rows`, copied only where they are asked for.
+
+    What is fixed in many worlds is large, and worlds leave a batch one by one.
+    """
+
+    def __init__(self, whole: Mapping[str, AnyArray], rows: NDArray[np.int64]) -> None:
+        self.whole = whole
+        self.rows = rows
+        self._copied: dict[str, AnyArray] = {}
+
+    def __getitem__(self, name: str) -> AnyArray:
+        if name not in self._copied:
+            self._copied[name] = self.whole[name][self.rows]
+        return self._copied[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.whole)
+
+    def __len__(self) -> int:
+        return len(self.whole)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """To another process go these rows alone."""
+        return dict, (dict(self),)
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """A batch of worlds at one moment. Every array has `worlds` as its leading axis."""
@@ -25,12 +52,15 @@ class Snapshot:
     """What a step may change; stored once a decision step."""
 
     def __post_init__(self) -> None:
-        arrays = {**self.fixed, **self.moving}
-        if not self.moving or len(arrays) != len(self.fixed) + len(self.moving):
+        if not self.moving or not self.fixed.keys().isdisjoint(self.moving):
             raise InvalidInputError(
                 "A snapshot needs at least one moving array, and no name both fixed and moving."
             )
-        counts = {name: len(array) for name, array in arrays.items()}
+        counts = {name: len(array) for name, array in self.moving.items()}
+        if isinstance(self.fixed, Rows):
+            counts["what is fixed"] = len(self.fixed.rows)
+        else:
+            counts.update((name, len(array)) for name, array in self.fixed.items())
         if len(set(counts.values())) != 1:
             raise InvalidInputError(f"The arrays of a snapshot differ in worlds: {counts}.")
 
@@ -49,10 +79,23 @@ class Snapshot:
 
     def take(self, index: AnyArray | slice) -> Snapshot:
         """The worlds at `index` (a slice, a mask or integers)."""
-        return Snapshot(
-            {name: array[index] for name, array in self.fixed.items()},
-            {name: array[index] for name, array in self.moving.items()},
-        )
+        moving = {name: array[index] for name, array in self.moving.items()}
+        if isinstance(index, slice) and not isinstance(self.fixed, Rows):
+            return Snapshot({name: array[index] for name, array in self.fixed.items()}, moving)
+        fixed, own = self.shared()
+        return Snapshot(Rows(fixed, own[index]), moving)
+
+    def shared(self) -> tuple[Mapping[str, AnyArray], NDArray[np.int64]]:
+        """What is fixed without a copy of it: arrays, and which of their rows each world has.
+
+        A row can be that of several worlds: of all the moments of a take, say.
+        """
+        if isinstance(self.fixed, Rows):
+            return self.fixed.whole, self.fixed.rows
+        if self.fixed and all(array.strides[0] == 0 for array in self.fixed.values()):
+            one = {name: array[:1] for name, array in self.fixed.items()}
+            return one, np.zeros(self.worlds, dtype=np.int64)
+        return self.fixed, np.arange(self.worlds)
 
 
 def stack(snapshots: Sequence[Snapshot]) -> Snapshot:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,15 +53,15 @@ class Box:
     def names(self) -> tuple[str, ...]:
         return tuple(field.name for field in self.fields)
 
-    @property
+    @cached_property
     def low(self) -> Array:
-        """Lower bounds, shape (size,)."""
-        return np.array([field.low for field in self.fields], dtype=np.float64)
+        """Lower bounds, shape (size,), not to be written to."""
+        return _sealed([field.low for field in self.fields])
 
-    @property
+    @cached_property
     def high(self) -> Array:
-        """Upper bounds, shape (size,)."""
-        return np.array([field.high for field in self.fields], dtype=np.float64)
+        """Upper bounds, shape (size,), not to be written to."""
+        return _sealed([field.high for field in self.fields])
 
     def clip(self, values: Array) -> Array:
         """`values` of shape (..., size), moved to the nearest point of the box."""
@@ -150,6 +151,12 @@ class Symbols:
 
 Space = Box | Symbols
 """What an action is one of."""
+
+
+def _sealed(numbers: list[float]) -> Array:
+    array = np.array(numbers, dtype=np.float64)
+    array.setflags(write=False)
+    return array
 
 
 def finite_rows(values: ArrayLike, columns: int, what: str, meaning: str = "") -> Array:

@@ -7,6 +7,6 @@ from __future__ import annotations
 
 import numba
 
-from evastudio.learning.compiled import code_folder
+from evastudio.world.compiled import code_folder
 
 numba.config.CACHE_DIR = str(code_folder())

@@ -9,11 +9,12 @@ import os
 
 import numpy as np
 
-from evastudio.learning.compiled import note_compiled
 from evastudio.learning.kernels.tree_search import MANY
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.svr import SVRPolicy
+from evastudio.world.compiled import note_compiled
+from evastudio.world.kernels import rocks  # noqa: F401 - compiled as it is loaded
 
 
 def warm() -> None:
