@@ -1,8 +1,8 @@
 """EVA Studio: policies for virtual characters, learned from demonstrations.
 
-The same functions as the command line: `record`, `sessions`, `clean`, `diagnose`, `tune`, `fit`,
-`evaluate`, `evaluations`, `repeat_evaluation`, `scenes`, `check`; each but `check` takes a
-`Workspace` first. Importing the package registers every shipped scene with Gymnasium:
+The same functions as the command line: `record`, `import_walks`, `sessions`, `clean`, `diagnose`,
+`tune`, `fit`, `evaluate`, `evaluations`, `repeat_evaluation`, `scenes`, `check`; each but `check`
+takes a `Workspace` first. Importing the package registers every shipped scene with Gymnasium:
 `gymnasium.make("evastudio/Asteroids-v0")`.
 """
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from evastudio.live.diagnosing import diagnose
     from evastudio.live.evaluating import evaluate, evaluations, repeat_evaluation
     from evastudio.live.headless import clean, fit, record, scenes, sessions
+    from evastudio.live.importing import import_walks
     from evastudio.live.switching import switch
     from evastudio.live.tuning import tune
     from evastudio.workspace import Workspace
@@ -35,6 +36,7 @@ _FROM = {
     "evaluate": "evastudio.live.evaluating",
     "evaluations": "evastudio.live.evaluating",
     "fit": "evastudio.live.headless",
+    "import_walks": "evastudio.live.importing",
     "load_policy": "evastudio.learning.policy_files",
     "record": "evastudio.live.headless",
     "save_policy": "evastudio.learning.policy_files",
@@ -53,6 +55,7 @@ __all__ = [
     "evaluate",
     "evaluations",
     "fit",
+    "import_walks",
     "load_policy",
     "record",
     "repeat_evaluation",

@@ -197,6 +197,42 @@ def record(
     _print(result, json_output)
 
 
+@app.command("import")
+def import_walks(
+    files: Annotated[
+        list[str],
+        typer.Argument(help="Tables of frame, person, x and y in metres; also in EVASTUDIO_DATA."),
+    ],
+    scene: Annotated[str, typer.Option(help="A scene in which people walk.")] = "street",
+    session: Annotated[str | None, typer.Option(help="Name of the new session.")] = None,
+    people: Annotated[int, typer.Option(help="Takes from each file, one a person.", min=1)] = 60,
+    fps: Annotated[
+        float | None, typer.Option(help="Frames a second, where the file does not say.")
+    ] = None,
+    credit: Annotated[
+        str | None, typer.Option(help="Whom to credit, where the file does not say.")
+    ] = None,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """Make a session from recordings of people walking."""
+    from evastudio.live.importing import import_walks
+
+    with _bar(json_output) as progress:
+        result = import_walks(
+            Workspace(workspace, store),
+            files,
+            scene=scene,
+            session=session,
+            people=people,
+            fps=fps,
+            credit=credit,
+            progress=progress,
+        )
+    _print(result, json_output)
+
+
 @app.command()
 def sessions(
     scene: Annotated[str | None, typer.Option(help="Only those of this scene.")] = None,

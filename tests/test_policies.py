@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.real.recordings import VARIABLE, data_folder
 from evastudio.learning.policy_files import load_policy
 from evastudio.learning.switch import load_switch
 from evastudio.workspace import Workspace, shipped
@@ -30,10 +32,12 @@ def test_its_own_commands_make_it_again(path: Path, tmp_path: Path) -> None:
     for command in policy.made_by.split(" && "):
         program, *words = shlex.split(command)
         assert program == "evastudio"
+        recordings = {VARIABLE: str(data_folder())} if words[0] == "import" else {}
         subprocess.run(
             [sys.executable, "-m", "evastudio", *words, "--workspace", "."],
             check=True,
             cwd=tmp_path,
+            env={**os.environ, **recordings},
             capture_output=True,
         )
     again = load_policy(tmp_path / path.name)

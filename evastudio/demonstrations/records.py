@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
+RECORDED = -1
+"""In place of a seed: the world was recorded elsewhere, and begins as its first snapshot says."""
+
 
 @dataclass(frozen=True)
 class CleaningRecord:
@@ -60,6 +63,7 @@ class TakeRecord:
     """Its place in the session, from 1."""
     scene_version: int
     seed: int
+    """Of its world, or RECORDED."""
     options: Mapping[str, float]
     """Options of the scene in which it was made."""
     pilot: str

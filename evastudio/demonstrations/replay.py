@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evastudio.demonstrations.records import TakeData, TakeRecord
+from evastudio.demonstrations.records import RECORDED, TakeData, TakeRecord
 from evastudio.errors import ConflictError
 from evastudio.world.cast import LEAD
 from evastudio.world.scene import Scene
@@ -14,6 +14,8 @@ from evastudio.world.snapshot import Snapshot, stack
 def replay_take(scene: Scene, take: TakeRecord, data: TakeData) -> Snapshot:
     """The moments of `take` stepped anew, along the worlds axis as in `data.snapshots`.
 
+    From its seed, or where its world was recorded elsewhere, from the first of its moments.
+
     Raises ConflictError where `scene` is not of the take's version and options.
     """
     if (scene.version, dict(scene.values)) != (take.scene_version, dict(take.options)):
@@ -22,7 +24,8 @@ def replay_take(scene: Scene, take: TakeRecord, data: TakeData) -> Snapshot:
             f"{dict(take.options)}, and this is version {scene.version} with "
             f"{dict(scene.values)}; it replays only in its own."
         )
-    moment = scene.worlds([take.seed])
+    recorded = take.seed == RECORDED
+    moment = data.snapshots.take(slice(0, 1)) if recorded else scene.worlds([take.seed])
     if LEAD in moment.moving:  # whom the animator chose is no part of the world's seed
         moment = moment.after(lead=data.snapshots[LEAD][:1])
     moments = [moment]

@@ -105,7 +105,7 @@ def record(
     perception = place.perception()
     with Store(workspace.ready().store_url) as store:
         name = session or f"{pilot} {seed}"
-        command = _command(
+        command = command_line(
             "record",
             scene,
             pilot=pilot,
@@ -243,9 +243,9 @@ def fit(
     if cleaning is not None:
         asked = {name: cleaning[name] for name in ("perception", "neighbors", "threshold")}
         asked["delay"] = _unless_auto(cleaning.get("delay", "off"))
-        steps.append(_command("clean", chosen.name, **asked))
+        steps.append(command_line("clean", chosen.name, **asked))
     steps.append(
-        _command(
+        command_line(
             "fit",
             chosen.name,
             learner=learner,
@@ -289,6 +289,7 @@ def fit(
         extra={
             "store": identity,
             "session_name": chosen.name,
+            "demonstrator": chosen.demonstrator,
             "pairs_before_cleaning": seen.recorded,
             "delay": late.report(),
             "findings": told,
@@ -317,9 +318,9 @@ def _unless_auto(delay: Asked) -> Asked | None:
     return None if delay == "auto" else delay
 
 
-def _command(name: str, target: str, **flags: Any) -> str:
+def command_line(name: str, *targets: str, **flags: Any) -> str:
     """The command line that does this again. Flags that are None are left out."""
-    words = ["evastudio", name, target]
+    words = ["evastudio", name, *targets]
     for flag, value in flags.items():
         if isinstance(value, Mapping):
             single = "option" if flag == "options" else flag

@@ -84,7 +84,7 @@ class HeldKeys:
             target = float(any(code in self.held for code in axis.control.positive)) - float(
                 any(code in self.held for code in axis.control.negative)
             )
-            axis.ask(at, target, self._dt_s)
+            axis.ask(at, target * axis.control.reach, self._dt_s)
 
     def center(self) -> None:
         """Forget every key and every deflection."""

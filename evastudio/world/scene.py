@@ -53,6 +53,8 @@ class Control:
     latched: bool = False
     """What is held when the decision falls counts, and a tap since the last one; not the mean over
     the step. For decisions so far apart that a person presses in time for each."""
+    reach: float = 1.0
+    """Deflection that a held key comes to, a share of the full one."""
 
 
 @dataclass(frozen=True)
@@ -271,6 +273,17 @@ class Scene(ABC):
         Raises NotFoundError where a scene is no course.
         """
         raise not_found(f"course for a planner through scene {self.name!r}", "astar", [])
+
+    def retraced(self, paths: Array, goals: Array, ground: Array) -> tuple[Snapshot, Array]:
+        """A world in which characters can go as they were recorded, and how they do it.
+
+        `paths` (1 + moments, N, 2) is where they are at each step, NaN where they are not there;
+        the first row is a step earlier and tells how fast they come. `goals` (N, 2) is where each
+        ends up, `ground` (points, 2) where one can walk. The first of them leads. Gives the first
+        moment of one world, and actions (moments - 1, N, m).
+        Raises NotFoundError where nobody in the scene can go as people do.
+        """
+        raise not_found(f"way into scene {self.name!r} for recordings of people", "walks", [])
 
     def notice(self, snapshot: Snapshot) -> Array:
         """What each of `signs` is now, shape (worlds, signs), finite; with an axis for

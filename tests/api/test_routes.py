@@ -304,7 +304,7 @@ def test_a_scene_file_of_ones_own_that_is_not_ready_disturbs_nothing(studio: Stu
         for body in ("    pass\n", "    name = 'half'\n"):
             file.write_text(head + body)
             listed = studio.client.get(f"{API}/scenes").json()["items"]
-            assert [scene["name"] for scene in listed] == ["asteroids", "crowd"]
+            assert [scene["name"] for scene in listed] == ["asteroids", "crowd", "street"]
             assert [len(scene["symbols"]) for scene in listed] == [0, 4]
             answer = studio.client.get(f"{API}/scenes/half")
             assert answer.status_code == 404
