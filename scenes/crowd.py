@@ -518,7 +518,16 @@ class Crowd(Peopled):
         struck_s = float(world["boulder"][0, 2]) - FALL_S
         position, size, speed = world["position"][0], world["size"][0], world["speed"][0]
         feet = world["feet"][0]
-        aims = world.moving["aims"][0] if "aims" in world.moving else feet
+        if "aims" not in world.moving:  # between no two decisions: as if all went on as they do
+            on = world["speed"][:, :, None] * np.stack(
+                [np.cos(world["heading"]), np.sin(world["heading"])], axis=2
+            )
+            then = world.after(
+                position=world["position"] + on * self.dt_s,
+                phase=world["phase"] + world["cadence"] * self.dt_s,
+            )
+            world = self.interpolate(world, then, 0.0)
+        aims = world["aims"][0]
         if struck_s < 0.0:
             shift = self.nearest_image(world)[0] - position
             position = position + shift

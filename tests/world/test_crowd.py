@@ -180,3 +180,13 @@ def test_clumsy_hands_drop_no_boulder_and_hesitate_on_the_spot() -> None:
         assert not actions[..., 2:].any()
         assert (actions[resting, :, 1] <= 0.5).all()
     assert (snapshot["boulder"][:, 2] < 0.0).all()
+
+
+def test_a_crowd_that_is_paused_is_drawn_as_it_was() -> None:
+    scene = CROWD(people=30, side=20)
+    moments = walked(scene, find_pilot("scripted:hurried"), [4], 8)
+    before, after = moments[-2], moments[-1]
+    drawn = {body.name: body for body in scene.bodies(scene.interpolate(before, after, 1.0))}
+    for body in scene.bodies(after):
+        if body.name.startswith("figure"):
+            np.testing.assert_allclose(body.positions, drawn[body.name].positions, atol=0.02)
