@@ -355,7 +355,8 @@ def fit(
         str | None,
         typer.Option(
             help="svr (smooth, the default), knn (exact), local-linear, sampled (as varied as "
-            "shown), voting or sampled-voting for symbols; auto (chosen for you)."
+            "shown); for symbols voting, sampled-voting, quantized-svr or quantized-knn; auto "
+            "(chosen for you)."
         ),
     ] = None,
     perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,

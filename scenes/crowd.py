@@ -109,8 +109,11 @@ BEYOND = (2.5, 2.5, 0.0)
 """Metres from the lead to where that camera looks."""
 
 STAND, LEFT, RIGHT, WALK = range(4)
-SYMBOLS = Symbols(("stand", "turn left", "turn right", "walk on"))
-MOVES = np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0)])
+SYMBOLS = Symbols(
+    ("stand", "turn left", "turn right", "walk on"),
+    moves=((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0)),
+)
+MOVES = np.array(SYMBOLS.moves)
 """Turn and walk of each symbol."""
 
 

@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from sklearn.utils.validation import validate_data
+from sklearn.utils import assert_all_finite
+from sklearn.utils.multiclass import check_classification_targets
+from sklearn.utils.validation import column_or_1d, validate_data
 
 from evastudio.errors import InvalidInputError
+from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Array, finite_rows
 
 LARGEST = 1e30
@@ -74,6 +77,36 @@ def checked_actions(actions: Any, rows: int, columns: int) -> Array:
             f"There are {rows} states and {len(checked)} actions; every state needs one action."
         )
     return bearable(checked, "actions")
+
+
+def checked_targets(learner: Any, symbols: Any) -> AnyArray:
+    """Symbols (pairs,) to learn. Raises InvalidInputError for what cannot be symbols."""
+    if symbols is None:
+        raise InvalidInputError(
+            f"{type(learner).__name__} requires y to be passed, but the target y is None: "
+            "give a symbol for every state."
+        )
+    try:
+        flat = column_or_1d(symbols, warn=True)
+        assert_all_finite(flat, input_name="y")
+        check_classification_targets(flat)
+    except ValueError as error:
+        raise InvalidInputError(f"These symbols cannot be learned: {error}") from None
+    return np.asarray(flat)
+
+
+def checked_symbols(symbols: AnyArray, known: AnyArray) -> NDArray[np.int64]:
+    """The places of `symbols` (pairs,) among `known`, which are sorted.
+
+    Raises InvalidInputError for a symbol that is not among them.
+    """
+    unknown = ~np.isin(symbols, known)
+    if unknown.any():
+        raise InvalidInputError(
+            f"The symbol {str(symbols[unknown][0])!r} was not among those fitted "
+            f"({', '.join(map(str, known))}); fit anew to add one."
+        )
+    return np.asarray(np.searchsorted(known, symbols), dtype=np.int64)
 
 
 def checked_indices(indices: ArrayLike, count: int) -> NDArray[np.int64]:

@@ -16,6 +16,7 @@ from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.learner import Indices, Learner, Reasons
 from evastudio.learning.local_linear import LocalLinearPolicy
 from evastudio.learning.mlp import MLPPolicy
+from evastudio.learning.quantized import QuantizedKNNPolicy, QuantizedSVRPolicy
 from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
 from evastudio.learning.voting import SampledVotingPolicy, VotingKNNPolicy
@@ -29,6 +30,8 @@ LEARNERS: Mapping[str, type[Learner]] = {
     "mlp": MLPPolicy,
     "voting": VotingKNNPolicy,
     "sampled-voting": SampledVotingPolicy,
+    "quantized-svr": QuantizedSVRPolicy,
+    "quantized-knn": QuantizedKNNPolicy,
 }
 """By the name users know them by; the first that fits a scene's actions is its default."""
 

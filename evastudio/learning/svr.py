@@ -110,7 +110,7 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self._settle(scaling.apply(states), actions, None, progress)
         self.prepare()
         if self.bases is not None:
-            self._take_compact_form(states, self.bases, self.decide(states))
+            self._take_compact_form(states, self.bases, self._bumps.answer(states))
             self.prepare()
         return self
 
@@ -193,7 +193,7 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
             if hasattr(self, name):
                 setattr(smaller, name, getattr(self, name))
         smaller.offset_, smaller.scale_ = self.offset_, self.scale_
-        smaller._take_compact_form(states, bases, self.decide(states))
+        smaller._take_compact_form(states, bases, self._bumps.answer(states))
         return smaller.prepare()
 
     def _take_compact_form(self, states: Array, bases: int, answers: Array) -> None:

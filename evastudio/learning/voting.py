@@ -8,12 +8,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 from sklearn.base import ClassifierMixin
-from sklearn.utils import assert_all_finite
-from sklearn.utils.multiclass import check_classification_targets
-from sklearn.utils.validation import check_is_fitted, column_or_1d
+from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
-from evastudio.learning.checking import checked_states
+from evastudio.learning.checking import checked_states, checked_symbols, checked_targets
 from evastudio.learning.learner import Layout, Stored
 from evastudio.learning.neighbor_learner import Averaged
 from evastudio.world.snapshot import AnyArray
@@ -51,17 +49,7 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
 
         `classes` are all the symbols there are, sorted, where not each of them was shown.
         """
-        if actions is None:
-            raise InvalidInputError(
-                f"{type(self).__name__} requires y to be passed, but the target y is None: "
-                "give a symbol for every state."
-            )
-        try:
-            symbols = column_or_1d(actions, warn=True)
-            assert_all_finite(symbols, input_name="y")
-            check_classification_targets(symbols)
-        except ValueError as error:
-            raise InvalidInputError(f"These symbols cannot be learned: {error}") from None
+        symbols = checked_targets(self, actions)
         known = np.unique(symbols if classes is None else np.asarray(classes))
         ballots = self._ballots(symbols, known)
         self.classes_ = known
@@ -80,13 +68,7 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
 
     def _ballots(self, symbols: AnyArray, known: AnyArray) -> Array:
         """For each symbol a row with 1 in its column, shape (symbols, known)."""
-        unknown = ~np.isin(symbols, known)
-        if unknown.any():
-            raise InvalidInputError(
-                f"The symbol {str(symbols[unknown][0])!r} was not among those fitted "
-                f"({', '.join(map(str, known))}); fit anew to add one."
-            )
-        return np.asarray(np.eye(len(known))[np.searchsorted(known, symbols)])
+        return np.asarray(np.eye(len(known))[checked_symbols(symbols, known)])
 
     def predict(self, states: Any) -> AnyArray:
         """Symbols (queries,) for states (queries, n)."""

@@ -92,8 +92,18 @@ class Symbols:
     """
 
     names: tuple[str, ...]
+    moves: tuple[tuple[float, ...], ...] = ()
+    """What each is as a vector of real numbers, for learners that learn those; empty where no
+    symbol lies between others."""
 
     def __post_init__(self) -> None:
+        if self.moves and (
+            len(self.moves) != len(self.names) or len({len(move) for move in self.moves}) != 1
+        ):
+            raise InvalidInputError(
+                f"There are {len(self.moves)} moves for {len(self.names)} symbols; give one for "
+                "each, all of one length, or none."
+            )
         if not 2 <= len(self.names) <= MOST_SYMBOLS:
             raise InvalidInputError(
                 f"There are {len(self.names)} symbols; a character chooses among 2 to "

@@ -10,6 +10,7 @@ from evastudio.learning.conflicts import ConflictEliminator
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.local_linear import LocalLinearPolicy
 from evastudio.learning.mlp import MLPPolicy
+from evastudio.learning.quantized import QuantizedKNNPolicy, QuantizedSVRPolicy
 from evastudio.learning.rival_cleaning import ClusterEliminator, ConflictBlender
 from evastudio.learning.sampled import SampledKNNPolicy
 from evastudio.learning.svr import SVRPolicy
@@ -31,6 +32,8 @@ ALL = [
     MLPPolicy(8),
     VotingKNNPolicy(),
     VotingKNNPolicy(weights="distance"),
+    QuantizedSVRPolicy(),
+    QuantizedKNNPolicy(),
     ConflictEliminator(),
     ClusterEliminator(),
     ConflictBlender(),

@@ -31,13 +31,15 @@ SETTINGS = {
     "mlp": {"hidden": 5, "iterations": 20},
     "voting": {"k": 3},
     "sampled-voting": {"k": 3},
+    "quantized-svr": {"C": 5.0},
+    "quantized-knn": {"k": 3},
 }
 """Of each learner and of a compact SVR."""
 
 
 def scene_of(kind):
     """A scene whose actions that kind of learner learns."""
-    if kind.endswith("voting"):
+    if kind.endswith("voting") or kind.startswith("quantized"):
         return load_scene_file(Path(__file__).parent.parent / "scenes" / "walker.py")()
     return load_scene_file(shipped() / "scenes" / "asteroids.py")()
 
@@ -105,7 +107,7 @@ def test_the_header_can_be_read_alone(policy, tmp_path):
     assert header["learner"] == policy.learner_name
     assert header["made_by"] == "evastudio fit 7"
     assert header["cleaning"]["pairs"] == 60
-    if policy.learner_name.endswith("voting"):
+    if isinstance(policy.action, Symbols):
         assert header["action"] == {"symbols": ["stand", "east", "north", "west", "south"]}
     else:
         assert [field["name"] for field in header["action"]] == ["theta", "phi"]
