@@ -58,6 +58,13 @@ from evastudio.world.grid import (
     window,
     wrapped,
 )
+from evastudio.world.mingling import (
+    MINUTE_S,
+    cells_a_minute,
+    dithering,
+    longest_still_s,
+    longest_stuck_s,
+)
 from evastudio.world.paving import paving_bodies, paving_meshes
 from evastudio.world.scene import (
     MARK,
@@ -415,6 +422,25 @@ class Crowd(Peopled):
 
     def progress(self, snapshot: Snapshot) -> Array:
         return np.clip(snapshot["steps"] * self.dt_s / self.values["length"], 0.0, 1.0)
+
+    def measures(self, moments: Snapshot, actions: Array) -> dict[str, float]:
+        """Of walking before the impact, means over people, and the longest of anybody."""
+        calm = moments["boulder"][:, 2] < FALL_S
+        walk, codes = moments.take(calm), symbols(actions[calm])
+        if walk.worlds < 2:
+            return {}
+        places = wrapped(cells_of(walk), self.side) @ (1, self.side)
+        minutes = (walk.worlds - 1) * self.dt_s / MINUTE_S
+        turns = (codes == LEFT).astype(np.int64) - (codes == RIGHT)
+        return {
+            "blocked_per_minute": float(np.ptp(walk["blocked"], axis=0).mean() / minutes),
+            "stuck_s": float(longest_stuck_s(places, codes == WALK, self.dt_s).max()),
+            "still_s": float(longest_still_s(places, codes == STAND, self.dt_s).max()),
+            "cells_per_minute": float(cells_a_minute(places, self.dt_s).mean()),
+            "dithering": float(dithering(turns).mean()),
+            "standing": float((codes == STAND).mean()),
+            "turning": float((turns != 0).mean()),
+        }
 
     def intention(
         self,

@@ -21,6 +21,7 @@ from evastudio.pilots.guard import GuardedPilot
 from evastudio.pilots.lead import LeadPilot
 from evastudio.world.grid import clearances, eighths, wrapped
 from evastudio.world.loading import load_scene_file
+from evastudio.world.mingling import cells_a_minute, longest_still_s, longest_stuck_s
 from evastudio.world.rollout import Memory, Pilot, roll_out
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot, stack
@@ -97,25 +98,17 @@ def walk(
     roll_out(scene, chosen, seeds, max_steps=steps, watcher=watch)
     where = np.array(cells)
     wished, done, room = (np.array(kept[:-1]) for kept in (wishes, given, rooms))
-    moved = where[1:] != where[:-1]
-    stuck = still = longest_stuck = longest_still = np.zeros(where.shape[1:])
-    for left, wish in zip(moved, wished, strict=True):
-        stuck = np.where(left, 0, stuck + ((stuck > 0) | (wish == SCENE.WALK)))
-        still = np.where(left, 0, still + (wish != SCENE.STAND))
-        longest_stuck, longest_still = (
-            np.maximum(longest_stuck, stuck),
-            np.maximum(longest_still, still),
-        )
-    ordered = np.sort(where[:-1].reshape(-1, A_MINUTE, *where.shape[1:]), axis=1)
-    visited = 1 + (ordered[:, 1:] != ordered[:, :-1]).sum(axis=1)
+    stuck_s = longest_stuck_s(where, wished == SCENE.WALK, scene.dt_s)
+    still_s = longest_still_s(where, wished == SCENE.STAND, scene.dt_s)
+    visited = cells_a_minute(where[:-1], scene.dt_s)
     turning = (done == SCENE.LEFT) | (done == SCENE.RIGHT)
     return [
         Walked(
             blocked=float(blocked[0][world].mean()) / minutes,
             helped=float((wished != done)[:, world].sum()) / people / minutes,
-            stuck_s=float(longest_stuck[world].max()) * scene.dt_s,
-            still_s=float(longest_still[world].max()) * scene.dt_s,
-            cells=float(visited[:, world].mean()),
+            stuck_s=float(stuck_s[world].max()),
+            still_s=float(still_s[world].max()),
+            cells=float(visited[world].mean()),
             standing=float((done == SCENE.STAND)[:, world].mean()),
             turning=float(turning[:, world].mean()),
             room=float(room[:, world].mean(where=(done == SCENE.WALK)[:, world])),
