@@ -1,8 +1,9 @@
 """EVA Studio: policies for virtual characters, learned from demonstrations.
 
 The same functions as the command line: `record`, `import_walks`, `sessions`, `clean`, `diagnose`,
-`tune`, `fit`, `evaluate`, `evaluations`, `repeat_evaluation`, `scenes`, `check`; each but `check`
-takes a `Workspace` first. Importing the package registers every shipped scene with Gymnasium:
+`tune`, `fit`, `search`, `evaluate`, `evaluations`, `repeat_evaluation`, `scenes`, `check`; each
+but `check` takes a `Workspace` first. Importing the package registers every shipped scene with
+Gymnasium:
 `gymnasium.make("evastudio/Asteroids-v0")`.
 """
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from evastudio.live.evaluating import evaluate, evaluations, repeat_evaluation
     from evastudio.live.headless import clean, fit, record, scenes, sessions
     from evastudio.live.importing import import_walks
+    from evastudio.live.searching import search
     from evastudio.live.switching import switch
     from evastudio.live.tuning import tune
     from evastudio.workspace import Workspace
@@ -42,6 +44,7 @@ _FROM = {
     "save_policy": "evastudio.learning.policy_files",
     "scenes": "evastudio.live.headless",
     "repeat_evaluation": "evastudio.live.evaluating",
+    "search": "evastudio.live.searching",
     "sessions": "evastudio.live.headless",
     "switch": "evastudio.live.switching",
     "tune": "evastudio.live.tuning",
@@ -61,6 +64,7 @@ __all__ = [
     "repeat_evaluation",
     "save_policy",
     "scenes",
+    "search",
     "sessions",
     "switch",
     "tune",

@@ -355,8 +355,8 @@ def fit(
         str | None,
         typer.Option(
             help="svr (smooth, the default), knn (exact), local-linear, sampled (as varied as "
-            "shown); for symbols voting, sampled-voting, quantized-svr or quantized-knn; auto "
-            "(chosen for you)."
+            "shown), mlp (a neural network, to compare with); for symbols voting, sampled-voting, "
+            "quantized-svr or quantized-knn; auto (chosen for you)."
         ),
     ] = None,
     perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
@@ -428,6 +428,57 @@ def switch(
     _print(result, json_output)
     if report:
         print("\n" + "\n".join(report))
+
+
+@app.command()
+def search(
+    scene: Annotated[str, typer.Argument(help="Name of a scene.")],
+    optimiser: Annotated[str, typer.Option(help="cma-es or hill-climbing.")] = "cma-es",
+    hidden: Annotated[int, typer.Option(help="Hidden units of the network.", min=1)] = 8,
+    scenarios: Annotated[int, typer.Option(help="Fixed worlds to try in.", min=1)] = 24,
+    horizon_s: Annotated[float, typer.Option(help="Seconds flown in each.", min=0.1)] = 24.0,
+    population: Annotated[int, typer.Option(help="Networks tried in a round.", min=1)] = 32,
+    rounds: Annotated[int, typer.Option(help="How many rounds.", min=1)] = 60,
+    spread: Annotated[float, typer.Option(help="Of the weights tried first.", min=0.0)] = 0.5,
+    calm: Annotated[float, typer.Option(help="What it costs to change the action.")] = 0.5,
+    seed: Annotated[int, typer.Option(help="Decides the worlds and the search.", min=0)] = 0,
+    perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
+    density: DensityOption = None,
+    option: OptionsOption = None,
+    out: Annotated[Path | None, typer.Option(help="File to write, .safetensors.")] = None,
+    name: Annotated[str | None, typer.Option(help="Name in the workspace's policies.")] = None,
+    workspace: WorkspaceOption = HERE,
+    json_output: JsonFlag = False,
+) -> None:
+    """Search for a policy with no demonstration (PEGASUS), to compare with."""
+    from evastudio.live.searching import search as find
+    from evastudio.pilots.pegasus import Pegasus
+
+    if out is not None and out.suffix != ".safetensors":
+        raise InvalidInputError(f"The file is {str(out)!r}; a policy file ends in .safetensors.")
+    settings = Pegasus(
+        optimiser=optimiser,
+        hidden=hidden,
+        scenarios=scenarios,
+        horizon_s=horizon_s,
+        population=population,
+        rounds=rounds,
+        spread=spread,
+        calm=calm,
+        seed=seed,
+    )
+    with _bar(json_output) as progress:
+        result = find(
+            Workspace(workspace),
+            scene,
+            settings,
+            perception=perception,
+            options=_options(density, option),
+            out=out,
+            name=name,
+            progress=progress,
+        )
+    _print(result, json_output)
 
 
 @app.command()

@@ -327,5 +327,8 @@ def command_line(name: str, *targets: str, **flags: Any) -> str:
             for key, part in value.items():
                 words += [f"--{single}", f"{key}={json.dumps(part)}"]
         elif value is not None:
-            words += [f"--{flag}", repr(value) if isinstance(value, float) else str(value)]
+            words += [
+                f"--{flag.replace('_', '-')}",
+                repr(value) if isinstance(value, float) else str(value),
+            ]
     return shlex.join(words)

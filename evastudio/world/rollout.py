@@ -59,14 +59,16 @@ def roll_out(
     pilot: Pilot,
     seeds: Sequence[int],
     *,
+    start: Snapshot | None = None,
     max_steps: int = 100_000,
     watcher: Watcher | None = None,
 ) -> Rollout:
     """Run `pilot` in one world for each seed until all have ended or `max_steps` have passed.
 
+    `start` are these very worlds where they are at hand; they need not be at their beginning.
     Ended worlds leave the batch. The result for a world depends on its own seed alone.
     """
-    snapshot = scene.worlds(seeds)
+    snapshot = scene.worlds(seeds) if start is None else start
     memory = pilot.begin(scene, seeds)
     alive = np.arange(len(seeds))
     outcomes = np.zeros(len(seeds), dtype=np.int64)
