@@ -104,7 +104,7 @@ SIGHT = 8
 """Cells beyond this are not perceived."""
 REMEMBERED = 20.0
 """Steps over which it is remembered how much somebody walked."""
-MANNERED = (0.4, 0.9)
+MANNERED = (0.5, 0.7)
 """Shares of steps walked at which a walk is a shy one, and a hurried one."""
 NEAREST = 3
 PATHS = {"ahead": 0, "half_left": 1, "half_right": -1, "left": 2, "right": -2}

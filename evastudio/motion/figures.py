@@ -66,7 +66,7 @@ SLOWEST_HZ = 0.45
 GRAVITY = 9.81
 RISING = 0.1
 """Share of its way to the next step after which a foot need not be reached any more."""
-LOWERED = 0.2
+LOWERED = 0.15
 """Metres, at most, by which hips sink to reach feet that stand far off."""
 
 
