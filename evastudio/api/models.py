@@ -62,6 +62,12 @@ class SignalOut(BaseModel):
     """Whether it is meant at a place on the ground."""
 
 
+class EventOut(BaseModel):
+    name: str
+    label: str
+    """What a person reads where it is so."""
+
+
 class SceneOut(BaseModel):
     name: str
     title: str
@@ -72,6 +78,8 @@ class SceneOut(BaseModel):
     options: list[OptionOut]
     controls: list[ControlOut]
     signals: list[SignalOut]
+    events: list[EventOut]
+    """What a switch between policies can hang on."""
     action: list[FieldOut]
     """In the world's frame; empty where that is one of a set of symbols."""
     symbols: list[str]

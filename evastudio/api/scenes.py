@@ -9,6 +9,7 @@ from fastapi import APIRouter
 from evastudio.api.context import Studio
 from evastudio.api.models import (
     ControlOut,
+    EventOut,
     FieldOut,
     OptionOut,
     Page,
@@ -63,6 +64,9 @@ def _scene(scene: Scene) -> SceneOut:
                 placed=signal.place is not None,
             )
             for signal in scene.signals
+        ],
+        events=[
+            EventOut(name=sign.name, label=sign.label) for sign in scene.signs if sign.unit is None
         ],
         action=_fields(scene.action) if isinstance(scene.action, Box) else [],
         symbols=list(chosen.names) if isinstance(chosen, Symbols) else [],

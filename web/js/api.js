@@ -70,6 +70,12 @@ export const api = {
   unclean: (session) => ask("DELETE", `/sessions/${session}/clean`),
   /** @param {number} session @param {string | null} learner the one that suits the scene, if null @returns {Promise<Job>} */
   fit: (session, learner) => ask("POST", `/sessions/${session}/fit`, { learner }),
+  /**
+   * @param {string} name
+   * @param {{policy: string, when?: string}[]} entries the last without a condition
+   * @returns {Promise<Job>}
+   */
+  makeSwitch: (name, entries) => ask("POST", "/policies/switches", { name, entries }),
   /** @returns {Promise<Job[]>} */
   jobs: async () => (await ask("GET", "/jobs")).items,
   /** @param {number} job @returns {Promise<Job>} */

@@ -19,6 +19,7 @@ import { Pointer } from "./pointer.js";
 import { sessions } from "./sessions.js";
 import { steps } from "./steps.js";
 import { Store } from "./store.js";
+import { switches } from "./switches.js";
 import { takes } from "./takes.js";
 import { tools } from "./tools.js";
 import { plural } from "./words.js";
@@ -121,7 +122,8 @@ function onJob(job) {
   if (job.state === "failed") notify(job.error ?? "It did not work.", "error");
   if (job.state !== "done") return;
   attempt(async () => {
-    if (job.kind === "fit" && job.session === store.state.session) {
+    const mine = job.kind === "fit" && job.session === store.state.session;
+    if (mine || (job.kind === "switch" && job.result?.scene === store.state.scene?.name)) {
       await reload(String(job.result?.policy));
       notify(`“${job.result?.policy}” is ready to play.`);
     } else {
@@ -235,6 +237,7 @@ tools(store, pointer, {
 takes(store, reload);
 options(store);
 policies(store);
+switches(store, onJob);
 others(store);
 clips(store);
 jobs(store);

@@ -5,8 +5,10 @@
  *   step: number, help: string}} Option
  * @typedef {{field: string, label: string, negative: string[], positive: string[]}} Control
  * @typedef {{name: string, label: string, key: string, placed: boolean}} Signal
+ * @typedef {{name: string, label: string}} Happening
  * @typedef {{name: string, title: string, version: number, dt_s: number, options: Option[],
- *   controls: Control[], signals: Signal[], symbols: string[], outcomes: string[],
+ *   controls: Control[], signals: Signal[], events: Happening[],
+ *   symbols: string[], outcomes: string[],
  *   successes: string[], many: boolean, people: boolean}} Scene
  * @typedef {{name: string, label: string, file: string | null, clip: string | null,
  *   problem: string | null}} Activity
