@@ -13,6 +13,7 @@ import numpy as np
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.evaluation.flight import Logbook, figures_of, path_features
 from evastudio.evaluation.likeness import inhomogeneity, thinned
+from evastudio.evaluation.lockstep import fly_in_step, goes_in_step
 from evastudio.evaluation.results import Comparison, Evaluation
 from evastudio.world.rollout import Pilot, Rollout, roll_out
 from evastudio.world.scene import Scene, world_seeds
@@ -150,9 +151,12 @@ def decision_us(
 
 
 def _fly(scene: Scene, pilot: Pilot, seeds: Sequence[int], max_steps: int) -> Flown:
-    log = Logbook(scene)
-    rollout = roll_out(scene, pilot, seeds, max_steps=max_steps, watcher=log)
-    flights = log.flights()
+    if goes_in_step(pilot, scene):
+        rollout, flights = fly_in_step(scene, pilot, seeds, max_steps=max_steps)
+    else:
+        log = Logbook(scene)
+        rollout = roll_out(scene, pilot, seeds, max_steps=max_steps, watcher=log)
+        flights = log.flights()
     figures = [figures_of(scene, flight) for flight in flights]
     return Flown(
         rollout,

@@ -61,15 +61,21 @@ class Logbook:
         actions = np.concatenate(self._actions)[order]
         flights = []
         for world, (start, end) in enumerate(zip(np.r_[0, ends[:-1]], ends, strict=True)):
-            fixed = {
-                name: np.broadcast_to(array[world], (end - start, *array.shape[1:]))
-                for name, array in self._fixed.items()
-            }
+            fixed = {name: array[world] for name, array in self._fixed.items()}
             own = {name: array[start:end] for name, array in moving.items()}
-            moments = Snapshot(fixed, own)
-            clearances = self._scene.clearance(moments)  # world by world: each is near at hand
-            flights.append(Flight(moments, actions[start:end], clearances))
+            flights.append(flight_of(self._scene, fixed, own, actions[start:end]))
         return flights
+
+
+def flight_of(
+    scene: Scene, fixed: Mapping[str, AnyArray], moving: Mapping[str, AnyArray], actions: Array
+) -> Flight:
+    """The flight in one world: what is `fixed` in it, and what moves, with its moments."""
+    held = {
+        name: np.broadcast_to(array, (len(actions), *array.shape)) for name, array in fixed.items()
+    }
+    moments = Snapshot(held, moving)
+    return Flight(moments, actions, scene.clearance(moments))
 
 
 def path_features(scene: Scene, flight: Flight) -> Array:

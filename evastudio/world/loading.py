@@ -55,6 +55,7 @@ def _run(source: str, stem: str, path: Path) -> type[Scene]:
         raise InvalidInputError(f"{str(path)!r} is not a Python file; a scene is one .py file.")
     module = ModuleType(_module_name(path))
     module.__file__ = str(path)
+    vars(module)["__source__"] = source
     sys.modules[module.__name__] = module
     try:
         exec(compile(source, str(path), "exec"), vars(module))

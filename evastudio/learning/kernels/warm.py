@@ -14,7 +14,7 @@ from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.svr import SVRPolicy
 from evastudio.world.compiled import note_compiled
-from evastudio.world.kernels import rocks  # noqa: F401 - compiled as it is loaded
+from evastudio.world.kernels import field, rocks  # noqa: F401 - compiled as it is loaded
 
 
 def warm() -> None:
