@@ -18,6 +18,8 @@ from evastudio.evaluation.versions import versions
 from evastudio.learning.catalog import find_policy_file
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.compiled import ensure_compiled
+from evastudio.learning.switch import SUFFIX as SWITCH
+from evastudio.learning.switch import load_switch
 from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_pilot, scene_of
 from evastudio.pilots.guard import GUARDED
@@ -125,9 +127,14 @@ def _told(compared: Comparison) -> dict[str, Any]:
 
 
 def _fingerprint(workspace: Workspace, name: str) -> str | None:
-    """SHA-256 of a policy's file, hexadecimal; None for a pilot that is a program."""
+    """SHA-256 of a policy's file, hexadecimal, of a switch with its policies' files; None for a
+    pilot that is a program."""
     try:
         path = find_policy_file(name.removeprefix(GUARDED), workspace.policy_folders)
     except NotFoundError:
         return None
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    digest = hashlib.sha256(path.read_bytes())
+    if path.name.endswith(SWITCH):
+        for policy in load_switch(path).policies:
+            digest.update(str(_fingerprint(workspace, policy)).encode())
+    return digest.hexdigest()
