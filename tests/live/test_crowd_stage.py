@@ -171,10 +171,10 @@ def test_the_camera_in_use_decides_where_one_points(crowd: Scene) -> None:
     stage.look_through()
     assert stage.status(0.0).camera == "overview"
     stage.advance(0.25, 0.0)
-    stage.signal("drop", (0.5, 0.9, 1.5))
+    stage.signal("drop", (0.5, 0.2, 1.5))
     stage.advance(0.5, 0.0)
     assert stage.snapshot["boulder"][0, 2] == 0.0
-    aimed = ground_at(shown[0], 0.5, 0.9, 1.5)
+    aimed = ground_at(shown[0], 0.5, 0.2, 1.5)
     assert tuple(stage.snapshot["boulder"][0, :2]) == pytest.approx(aimed)
     stage.look_through()
     assert stage.status(0.0).camera == "chase"
