@@ -49,6 +49,7 @@ from evastudio.world.cast import of_lead
 from evastudio.world.grid import (
     AHEAD,
     EIGHTH,
+    IN_A_ROW,
     clearances,
     eighths,
     looked_up,
@@ -663,9 +664,9 @@ class PaperState(Grid):
 
     def perceive(self, snapshot: Snapshot) -> Percept:
         way = eighths(snapshot["heading"])
-        offsets, seen = nearest(cells_of(snapshot), way, self.side, AROUND, NEAREST)
+        found = nearest(cells_of(snapshot), way, self.side, AROUND, NEAREST)
         facing = way * EIGHTH
-        apart = np.where(seen[..., None], offsets, SIGHT + 1.0)
+        apart = np.where(found[..., None] < 0, SIGHT + 1.0, AROUND[way[..., None], found])
         states = np.concatenate(
             [
                 np.cos(facing)[..., None],
@@ -686,7 +687,8 @@ class Own(Grid):
     ahead_only = False
 
     def perceive(self, snapshot: Snapshot) -> Percept:
-        own = felt(snapshot, self.side, AHEAD_ONLY if self.ahead_only else AROUND)
+        seen = (AHEAD_ONLY, FELT_AHEAD) if self.ahead_only else (AROUND, FELT)
+        own = felt(snapshot, self.side, *seen, NEAREST)
         states = own.reshape(*own.shape[:2], -1)
         return Percept(self.state.clip(states), np.zeros((*own.shape[:2], 0)))
 
@@ -714,8 +716,8 @@ class Paths(Grid):
     def perceive(self, snapshot: Snapshot) -> Percept:
         facing = eighths(snapshot["heading"])
         room = clearances(cells_of(snapshot), facing, self.side, tuple(PATHS.values()))
-        closest = felt(snapshot, self.side, AROUND, 1)[:, :, 0]
-        states = np.concatenate([1.0 - np.exp(-room / 2.0), closest], axis=2)
+        closest = felt(snapshot, self.side, AROUND, FELT, 1)[:, :, 0]
+        states = np.concatenate([FREE[room], closest], axis=2)
         return Percept(self.state.clip(states), np.zeros((*room.shape[:2], 0)))
 
 
@@ -779,20 +781,30 @@ def cells_of(snapshot: Snapshot) -> NDArray[np.int64]:
     return np.asarray(np.rint(snapshot["position"] / CELL).astype(np.int64))
 
 
-def felt(snapshot: Snapshot, side: int, table: NDArray[np.int64], count: int = NEAREST) -> Array:
-    """Towards the nearest people in `table`, as one sees them: (worlds, N, count, 2).
+def felt(
+    snapshot: Snapshot, side: int, table: NDArray[np.int64], felt_there: Array, count: int
+) -> Array:
+    """Towards the nearest people in `table`, as one sees them: (worlds, N, count, 2)."""
+    facing = eighths(snapshot["heading"])
+    return felt_there[facing[..., None], nearest(cells_of(snapshot), facing, side, table, count)]
+
+
+def felt_in(table: NDArray[np.int64]) -> Array:
+    """Somebody in each cell of `table` (8, K, 2), and last of all nobody: (8, K + 1, 2).
 
     Ahead and left; 1 long in the next cell, shorter the farther, 0 where there is nobody.
     """
-    facing = eighths(snapshot["heading"])
-    offsets, seen = nearest(cells_of(snapshot), facing, side, table, count)
-    distance = np.hypot(offsets[..., 0], offsets[..., 1])
-    weight = np.where(seen, np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0), 0.0)
-    return turned_back(offsets, facing) * weight[..., None]
+    distance = np.hypot(table[..., 0], table[..., 1])
+    weight = np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0)
+    near = turned_back(table.astype(np.float64), np.arange(8)) * weight[..., None]
+    return np.concatenate([near, np.zeros((8, 1, 2))], axis=1)
 
 
 AROUND = window(False, SIGHT)
 AHEAD_ONLY = window(True, SIGHT)
+FELT, FELT_AHEAD = felt_in(AROUND), felt_in(AHEAD_ONLY)
+FREE = 1.0 - np.exp(-np.arange(IN_A_ROW + 1) / 2.0)
+"""What so many free cells in a row come to."""
 
 
 # -- meshes ------------------------------------------------------------------------------------

@@ -99,19 +99,16 @@ class Ground:
         return np.asarray(offsets[..., 1] * self.width + offsets[..., 0])
 
 
-def nearest(
-    cells: Whole, facing: Whole, side: int, table: Whole, count: int
-) -> tuple[Array, NDArray[np.bool_]]:
-    """The cells from everybody to the `count` nearest others, and whether there are so many.
+def nearest(cells: Whole, facing: Whole, side: int, table: Whole, count: int) -> Whole:
+    """Which cells of the `table` of their way the `count` nearest others of everybody stand in.
 
-    cells: shape (worlds, N, 2). facing: shape (worlds, N). `table` is of `window`. Shapes
-    (worlds, N, count, 2) and (worlds, N, count).
+    cells: shape (worlds, N, 2). facing: shape (worlds, N). `table` is of `window`. Shape
+    (worlds, N, count), -1 where there are fewer.
     """
     ground = Ground.of(cells, side, int(np.abs(table).max()))
     steps = ground.steps(table)
     own, ways = ground.own.reshape(-1), facing.reshape(-1)
-    offsets = np.zeros((len(own), count, 2))
-    seen = np.zeros((len(own), count), dtype=np.bool_)
+    found = np.full((len(own), count), -1)
     for start in range(0, len(own), BLOCK):
         left = np.arange(start, min(start + BLOCK, len(own)))
         # Few look far: those with enough people near are done after the first cells.
@@ -122,12 +119,10 @@ def nearest(
             row = np.arange(len(left))
             for number in range(count):
                 at = there.argmax(axis=1)
-                offsets[left, number] = table[ways[left], at]
-                seen[left, number] = there[row, at]
+                found[left, number] = np.where(there[row, at], at, -1)
                 there[row, at] = False
-            left = left[~seen[left, -1]]
-    offsets[~seen] = 0.0
-    return offsets.reshape(*facing.shape, count, 2), seen.reshape(*facing.shape, count)
+            left = left[found[left, -1] < 0]
+    return found.reshape(*facing.shape, count)
 
 
 def turned_back(offsets: Array, facing: Whole) -> Array:
@@ -138,12 +133,12 @@ def turned_back(offsets: Array, facing: Whole) -> Array:
     return np.stack([cos * x + sin * y, cos * y - sin * x], axis=-1)
 
 
-def clearances(cells: Whole, facing: Whole, side: int, ways: Sequence[int]) -> Array:
+def clearances(cells: Whole, facing: Whole, side: int, ways: Sequence[int]) -> Whole:
     """Free cells in a row to each of `ways`, eighths from the way one faces, (worlds, N, ways)."""
     ground = Ground.of(cells, side, IN_A_ROW)
     step = ground.steps(AHEAD[(np.arange(8)[:, None] + ways) % 8])[facing]
     place = np.repeat(ground.own[..., None], len(ways), axis=2)
-    free = np.zeros(place.shape)
+    free = np.zeros(place.shape, dtype=np.int64)
     open_ = np.ones(place.shape, dtype=np.bool_)
     for _ in range(IN_A_ROW):
         place += step

@@ -44,7 +44,7 @@ def test_a_cell_beyond_the_edge_is_the_one_on_the_other_side() -> None:
 
 def test_the_nearest_are_those_that_measuring_everybody_finds() -> None:
     cells, facing = scattered(3, 14)
-    offsets, seen = nearest(cells, facing, SIDE, AROUND, 3)
+    found = nearest(cells, facing, SIDE, AROUND, 3)
     for world in range(2):
         apart = cells[world][None] - cells[world][:, None]
         apart = (apart + SIDE // 2) % SIDE - SIDE // 2
@@ -52,9 +52,10 @@ def test_the_nearest_are_those_that_measuring_everybody_finds() -> None:
         np.fill_diagonal(far, np.inf)
         for one, distances in enumerate(np.sort(far, axis=1)):
             there = distances[distances <= 5.0][:3]
-            assert seen[world, one].sum() == len(there)
-            found = np.hypot(*offsets[world, one][seen[world, one]].T)
-            np.testing.assert_allclose(found, there)
+            seen = found[world, one][found[world, one] >= 0]
+            assert len(seen) == len(there)
+            near = AROUND[facing[world, one], seen]
+            np.testing.assert_allclose(np.hypot(*near.T), there)
 
 
 @pytest.mark.parametrize("ahead", [True, False])
@@ -65,13 +66,12 @@ def test_looking_at_many_at_once_finds_what_looking_cell_by_cell_does(
     cells, facing = scattered(people, people, side)
     table, ways = window(ahead, 8), (0, 1, -1, 2, -2)
     ground = occupied(cells, side)
-    offsets, seen = nearest(cells, facing, side, table, 3)
+    found = nearest(cells, facing, side, table, 3)
     room = clearances(cells, facing, side, ways)
     for world, one in np.ndindex(facing.shape):
         own, way = cells[world, one], facing[world, one]
-        around = [cell for cell in table[way] if looked(ground, world, own + cell)][:3]
-        assert seen[world, one].tolist() == [number < len(around) for number in range(3)]
-        assert offsets[world, one].tolist() == [*map(list, around), *[[0, 0]] * (3 - len(around))]
+        there = [at for at, cell in enumerate(table[way]) if looked(ground, world, own + cell)]
+        assert found[world, one].tolist() == [*there, -1, -1, -1][:3]
         for aside, free in zip(ways, room[world, one], strict=True):
             line = [own + far * AHEAD[(way + aside) % 8] for far in range(1, IN_A_ROW + 1)]
             taken = [looked(ground, world, cell) for cell in line]
