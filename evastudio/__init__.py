@@ -82,5 +82,6 @@ for _scene in sorted((shipped() / "scenes").glob("*.py")):
     gymnasium.register(
         id=f"evastudio/{_scene.stem.title().replace('_', '')}-v0",
         entry_point="evastudio.world.environment:SceneEnvironment",
+        vector_entry_point="evastudio.world.vector_environment:SceneVectorEnvironment",
         kwargs={"scene": _scene.stem},
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -14,7 +15,29 @@ from evastudio.world.cast import for_all, of_lead
 from evastudio.world.loading import find_scene
 from evastudio.world.practice import rewarded
 from evastudio.world.scene import Scene
-from evastudio.world.spaces import Array, Symbols
+from evastudio.world.spaces import Array, Space, Symbols
+
+
+def made(scene: str | Scene, options: Mapping[str, float]) -> Scene:
+    """The shipped scene of that name with `options`, or the one given.
+
+    Raises NotFoundError for an unknown name, InvalidInputError for options beside a scene.
+    """
+    if isinstance(scene, str):
+        return find_scene(scene, (shipped() / "scenes",))(**options)
+    if options:
+        raise InvalidInputError(
+            f"Options {sorted(options)} were given beside a scene that is made already; give "
+            "its name, or make it with them."
+        )
+    return scene
+
+
+def in_gymnasium(space: Space) -> spaces.Space[Any]:
+    """`space` as Gymnasium knows it; symbols are their codes."""
+    if isinstance(space, Symbols):
+        return spaces.Discrete(len(space.names))
+    return spaces.Box(space.low, space.high, dtype=np.float64)
 
 
 class SceneEnvironment(gymnasium.Env):
@@ -27,23 +50,11 @@ class SceneEnvironment(gymnasium.Env):
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - gymnasium's convention
 
     def __init__(self, scene: str | Scene, perception: str | None = None, **options: float) -> None:
-        if isinstance(scene, str):
-            scene = find_scene(scene, (shipped() / "scenes",))(**options)
-        elif options:
-            raise InvalidInputError(
-                f"Options {sorted(options)} were given beside a scene that is made already; give "
-                "its name, or make it with them."
-            )
-        self.scene = scene
-        self.perception = scene.perception(perception)
-        state = self.perception.state
-        self.observation_space = spaces.Box(state.low, state.high, dtype=np.float64)
-        self.chosen = scene.chosen(self.perception)
-        self.action_space: spaces.Space[Any] = (
-            spaces.Discrete(len(self.chosen.names))
-            if isinstance(self.chosen, Symbols)
-            else spaces.Box(self.chosen.low, self.chosen.high, dtype=np.float64)
-        )
+        self.scene = made(scene, options)
+        self.perception = self.scene.perception(perception)
+        self.chosen = self.scene.chosen(self.perception)
+        self.observation_space = in_gymnasium(self.perception.state)
+        self.action_space = in_gymnasium(self.chosen)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None

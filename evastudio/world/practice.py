@@ -43,7 +43,8 @@ class Practice:
     """`worlds` worlds of `scene` that follow from `seed`, each followed by another when it ends.
 
     States are those of `perception`, actions are in its frame; of many characters the lead acts
-    and the others rest. Raises InvalidInputError for fewer than one world.
+    and the others rest. `seeds` (worlds,) are those of the worlds there are now. Raises
+    InvalidInputError for fewer than one world.
     """
 
     def __init__(
@@ -55,7 +56,7 @@ class Practice:
         self.perception = scene.perception(perception)
         self.worlds = worlds
         self._rng = np.random.default_rng(seed)
-        begun = self._begun(worlds)
+        self.seeds, begun = self._begun(worlds)
         # What is fixed is large, and changes a few worlds at a time: it is kept in one place.
         self._fixed = {name: np.array(array) for name, array in begun.fixed.items()}
         self._snapshot = Snapshot(self._fixed, begun.moving)
@@ -72,7 +73,9 @@ class Practice:
         if len(ended):
             over = after.take(ended)
             last = of_lead(over, self.perception.perceive(over).states)
-            begun = self._begun(len(ended))
+            seeds, begun = self._begun(len(ended))
+            self.seeds = self.seeds.copy()
+            self.seeds[ended] = seeds
             for name, array in begun.fixed.items():
                 self._fixed[name][ended] = array
             moving = {name: array.copy() for name, array in after.moving.items()}
@@ -83,8 +86,10 @@ class Practice:
         self.states = self._perceived()
         return Practised(self.states, rewards, outcomes, last)
 
-    def _begun(self, count: int) -> Snapshot:
-        return self.scene.worlds([int(seed) for seed in self._rng.integers(2**53, size=count)])
+    def _begun(self, count: int) -> tuple[NDArray[np.int64], Snapshot]:
+        """The seeds of `count` new worlds, and the worlds."""
+        seeds = self._rng.integers(2**53, size=count)
+        return seeds, self.scene.worlds([int(seed) for seed in seeds])
 
     def _perceived(self) -> Array:
         percept = self.perception.perceive(self._snapshot)

@@ -4,20 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
-import evastudio  # noqa: F401 - registers the scenes
 from evastudio.errors import InvalidInputError
 from evastudio.world.environment import SceneEnvironment
 from evastudio.world.scene import Scene
-
-
-def test_it_is_registered_and_passes_gymnasiums_own_check() -> None:
-    environment = gymnasium.make("evastudio/Asteroids-v0", density=1.0)
-    check_env(environment.unwrapped, skip_render_check=True)
 
 
 def test_an_episode_is_the_same_world_as_anywhere_else(asteroids: Callable[..., Scene]) -> None:
