@@ -44,8 +44,6 @@ class Spent:
 
     cpu_s: float
     """Median."""
-    wall_s: float
-    """Median."""
     quickest_s: float
     """Least wall time."""
 
@@ -71,7 +69,7 @@ def spent(work: Callable[[], object], repeats: int) -> Spent:
     """What `work` takes; once before, untimed."""
     work()
     cpu, wall = zip(*(timed(work)[:2] for _ in range(repeats)), strict=True)
-    return Spent(statistics.median(cpu), statistics.median(wall), min(wall))
+    return Spent(statistics.median(cpu), min(wall))
 
 
 def scene_of(people: int) -> Scene:
@@ -117,7 +115,7 @@ def tick(pilot: PolicyPilot, people: int, repeats: int) -> Tick:
     slow = Spent(
         *(
             getattr(perceive, name) + getattr(step, name) + getattr(each, name) * people / asked
-            for name in ("cpu_s", "wall_s", "quickest_s")
+            for name in ("cpu_s", "quickest_s")
         )
     )
     tracemalloc.start()
@@ -165,24 +163,23 @@ def told(ticks: Sequence[Tick], views: dict[int, tuple[float, float]], opening: 
         opening,
         "- A tick is one decision of everybody (perceive and decide) and the step after it, with "
         "`crowd-hurried` on a ground of which an eighth is taken; twice a second it is due. "
-        "Medians, CPU of the process and wall time; deciding uses all processors, the rest one.",
+        "CPU of the process, median, and the quickest wall time; deciding uses all processors, the "
+        "rest one.",
         "- The loop asks scikit-learn's `KNeighborsClassifier` for each character and draws among "
         f"its votes; it is timed on {ASKED} characters and scaled where there are more, and what "
         "everybody perceives and the step are ours and batched on both sides.",
         "- Memory: the most that looking around held at a time, beyond the snapshot.",
-        "- Machines here are shared: the quickest wall time says what the code can do, the median "
-        "also what else ran.",
+        "- Machines here are shared: wall times hold what else ran, so the curve shows CPU time.",
         "",
-        "![Wall time of a tick over the number of people](crowd.svg)",
+        "![CPU time of a tick over the number of people](crowd.svg)",
         "",
-        "| people | perceive, CPU | decide, CPU | step, CPU | whole tick, CPU | wall | quickest "
-        "wall | with the guard, CPU | quickest wall | loop, CPU | quickest wall | loop / whole, "
-        "CPU | quickest wall | memory |",
-        "|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| people | perceive, CPU | decide, CPU | step, CPU | whole tick, CPU | wall "
+        "| with the guard, CPU | wall | loop, CPU | wall | loop / whole, CPU | wall | memory |",
+        "|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for one in ticks:
         parts = [one.perceive.cpu_s, one.decide.cpu_s, one.step.cpu_s]
-        parts += [one.whole.cpu_s, one.whole.wall_s, one.whole.quickest_s]
+        parts += [one.whole.cpu_s, one.whole.quickest_s]
         parts += [one.guarded.cpu_s, one.guarded.quickest_s, one.loop.cpu_s, one.loop.quickest_s]
         cells = [f"{1e3 * part:,.2f} ms" for part in parts]
         cells.append(f"{one.loop.cpu_s / one.whole.cpu_s:,.0f}x")
@@ -203,18 +200,18 @@ def told(ticks: Sequence[Tick], views: dict[int, tuple[float, float]], opening: 
 
 
 def draw(ticks: Sequence[Tick], path: Path) -> None:
-    """Wall time of a tick over the number of people."""
+    """CPU time of a tick over the number of people."""
     sizes = [one.people for one in ticks]
     figure, axes = pyplot.subplots(figsize=(7, 4))
     for label, values in (
-        ("one call for each, scikit-learn", [1e3 * one.loop.quickest_s for one in ticks]),
-        ("all at once, with the guard", [1e3 * one.guarded.quickest_s for one in ticks]),
-        ("all at once", [1e3 * one.whole.quickest_s for one in ticks]),
+        ("one call for each, scikit-learn", [1e3 * one.loop.cpu_s for one in ticks]),
+        ("all at once, with the guard", [1e3 * one.guarded.cpu_s for one in ticks]),
+        ("all at once", [1e3 * one.whole.cpu_s for one in ticks]),
     ):
         axes.plot(sizes, values, marker="o", label=label)
     axes.axhline(1e3 * TICK_S, color="gray", linestyle=":", linewidth=1)
     axes.text(sizes[0], 1e3 * TICK_S * 1.15, "the next decision is due", color="gray", fontsize=8)
-    axes.set(xscale="log", yscale="log", xlabel="people", ylabel="wall time of a tick, ms")
+    axes.set(xscale="log", yscale="log", xlabel="people", ylabel="CPU time of a tick, ms")
     axes.grid(alpha=0.3)
     axes.legend(frameon=False)
     figure.savefig(path, bbox_inches="tight", metadata={"Date": None})
