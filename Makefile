@@ -51,6 +51,10 @@ bench-crowd: $(VENV)/.dev
 bench-real: $(VENV)/.bench
 	$(BIN)/python benchmarks/real_data.py
 
+# People who walk by a policy fitted to people, into docs/street.md; it reads recordings.
+bench-street: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.street
+
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium
 	EVASTUDIO_PICTURES=docs/images $(BIN)/python -m pytest tests/browser/test_flight.py \
