@@ -1,5 +1,5 @@
 # make run | test | lint | bench | bench-crossing | bench-conflicts | bench-motion | bench-crowd |
-# bench-real: each sets up what it needs in .venv first.
+# bench-real | bench-street: each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -9,7 +9,7 @@ export PYTHONDONTWRITEBYTECODE = 1
 export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-delay bench-conflicts bench-motion \
-	bench-crowd bench-real pictures chromium clean
+	bench-crowd bench-real bench-street pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio

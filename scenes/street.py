@@ -323,8 +323,8 @@ class Street(Peopled):
         forward = np.array([np.cos(heading), np.sin(heading), 0.0])
         here = np.array([*world["position"][0, lead], 0.0])
         return Camera(
-            position=here - forward * 4.5 + (0.0, 0.0, 3.4),
-            look_at=here + forward * 3.0 + (0.0, 0.0, 0.9),
+            position=here - forward * 5.8 + (0.0, 0.0, 3.4),
+            look_at=here + forward * 1.7 + (0.0, 0.0, 0.9),
             up=np.array([0.0, 0.0, 1.0]),
         )
 

@@ -38,6 +38,7 @@ def test_every_command_has_a_sentence_of_help() -> None:
         "scenes",
         "check",
         "record",
+        "import",
         "sessions",
         "clean",
         "diagnose",
