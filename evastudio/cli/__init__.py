@@ -1,0 +1,37 @@
+"""The command line: the functions of `evastudio`, one command each."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+# In the order in which help lists them.
+from evastudio.cli import workshop  # isort: split
+
+from evastudio.cli import sessions  # isort: split
+
+from evastudio.cli import learning  # isort: split
+
+from evastudio.cli import evaluations  # isort: split
+
+from evastudio.cli.app import app
+from evastudio.errors import StudioError
+
+__all__ = ["app", "evaluations", "learning", "main", "sessions", "workshop"]
+
+
+@app.callback(invoke_without_command=True)
+def default(context: typer.Context) -> None:
+    """Open the studio."""
+    if context.invoked_subcommand is None:
+        workshop.studio()
+
+
+def main() -> None:
+    """Run the command line: what is refused is one sentence and exit code 2."""
+    try:
+        app()
+    except StudioError as error:
+        print(f"evastudio: {error}", file=sys.stderr)
+        sys.exit(2)
