@@ -17,7 +17,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 
-from benchmarks import neighbors, svr
+from benchmarks import fields, neighbors, svr
 from benchmarks.neighbors import BATCH, Cost, K
 from benchmarks.report import ROOT, commit, where_and_when, write_section
 from benchmarks.steering import steered
@@ -175,6 +175,7 @@ def main() -> None:
         PROFILE,
     ]
     write_section(docs / "performance.md", "learning", "\n".join(lines))
+    fields.write(docs, quick)
     print((docs / "performance.md").read_text(encoding="utf-8"))
 
 
