@@ -1,5 +1,5 @@
 # make run | test | lint | bench | bench-crossing | bench-conflicts | bench-motion | bench-crowd |
-# bench-real | bench-street: each sets up what it needs in .venv first.
+# bench-real | bench-street | bench-rl: each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -9,7 +9,7 @@ export PYTHONDONTWRITEBYTECODE = 1
 export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-delay bench-conflicts bench-motion \
-	bench-crowd bench-real bench-street pictures chromium clean
+	bench-crowd bench-real bench-street bench-rl pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -55,6 +55,11 @@ bench-real: $(VENV)/.bench
 bench-street: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.street
 
+# Reinforcement learning, by networks and tables, and cloning by the library imitation, which needs
+# an older gymnasium and so an environment of its own; into docs/baselines.md. About 10 CPU minutes.
+bench-rl: $(VENV)/.rl $(VENV)-imitation/.installed
+	$(BIN)/python -m benchmarks.rl --imitation $(VENV)-imitation/bin/python
+
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium
 	EVASTUDIO_PICTURES=docs/images $(BIN)/python -m pytest tests/browser/test_flight.py \
@@ -83,5 +88,15 @@ $(VENV)/.bench: $(VENV)/.dev
 	$(BIN)/python -m pip install -q -e '.[bench]'
 	touch $@
 
+$(VENV)/.rl: $(VENV)/.dev
+	$(BIN)/python -m pip install -q -e '.[bench,rl]'
+	touch $@
+
+$(VENV)-imitation/.installed:
+	$(PYTHON) -m venv $(VENV)-imitation
+	$(VENV)-imitation/bin/python -m pip install -q imitation==1.0.1 \
+	  'torch==2.13.0+cpu; sys_platform == "linux"'
+	touch $@
+
 clean:
-	rm -rf $(VENV) build dist .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) $(VENV)-imitation build dist .mypy_cache .ruff_cache .pytest_cache

@@ -63,9 +63,9 @@ class Practice:
         self.states = self._perceived()
 
     def step(self, actions: Array) -> Practised:
-        """Everybody takes one decision step with `actions` (worlds, m), already in range."""
+        """One decision step of all with `actions` (worlds, m), or the nearest that there are."""
         before = self._snapshot
-        turned = self.perception.to_world(self._frame, actions)
+        turned = self.scene.action.clip(self.perception.to_world(self._frame, actions))
         after = self.scene.step(before, for_all(self.scene, before, turned))
         rewards, outcomes = rewarded(self.scene, before, after)
         ended = np.flatnonzero(outcomes)
