@@ -1,5 +1,6 @@
-# make run | test | lint | bench | bench-crossing | bench-conflicts | bench-motion | bench-crowd |
-# bench-real | bench-street | bench-rl: each sets up what it needs in .venv first.
+# make run | test | lint | bench | bench-crossing | bench-baselines | bench-conflicts |
+# bench-motion | bench-crowd | bench-real | bench-street | bench-rl: each sets up what it needs in
+# .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -8,8 +9,8 @@ export PYTHONDONTWRITEBYTECODE = 1
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint format bench bench-crossing bench-delay bench-conflicts bench-motion \
-	bench-crowd bench-real bench-street bench-rl pictures chromium clean
+.PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
+	bench-motion bench-crowd bench-real bench-street bench-rl pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -31,6 +32,9 @@ bench: $(VENV)/.bench
 
 bench-crossing: $(VENV)/.dev
 	$(BIN)/python benchmarks/crossing.py
+
+bench-baselines: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.baselines
 
 bench-delay: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.delay

@@ -63,11 +63,13 @@ class Pegasus:
     population: int = 32
     """Networks tried in a round."""
     rounds: int = 60
-    spread: float = 0.5
+    spread: float = 0.15
     """Of the weights that are tried first; for hill climbing, of the changes."""
+    loss: float = 0.5
+    """What it costs to end without success within the horizon; progress counts from 0 to 1."""
     calm: float = 0.5
-    """What the mean change of action, as a share of its range, costs; progress counts from 0 to 1.
-    The paper found such rewards hard to tune for looks."""
+    """What the mean change of action, as a share of its range, costs. The paper found such rewards
+    hard to tune for looks."""
     seed: int = 0
     """Decides the worlds and what is tried."""
 
@@ -85,8 +87,10 @@ class Pegasus:
             value = getattr(self, name)
             if not isinstance(value, (int, float)) or not 0.0 < value < 1e6:
                 raise InvalidInputError(f"{name} is {value!r}; it must be a number above 0.")
-        if not 0.0 <= self.calm < 1e6:
-            raise InvalidInputError(f"calm is {self.calm!r}; it must be a number from 0 on.")
+        for name in ("loss", "calm"):
+            value = getattr(self, name)
+            if not isinstance(value, (int, float)) or not 0.0 <= value < 1e6:
+                raise InvalidInputError(f"{name} is {value!r}; it must be a number from 0 on.")
         if self.optimiser == "cma-es" and self.population < 4:
             raise InvalidInputError(f"population is {self.population}; CMA-ES needs 4 or more.")
 
@@ -218,7 +222,9 @@ class _Course:
             max_steps=self.steps,
             watcher=follow,
         )
-        score = came - self.settings.calm * flown.turn
+        fine = [0, *(self.scene.outcomes.index(name) for name in self.scene.successes)]
+        lost = ~np.isin(flown.outcomes, fine)
+        score = came - self.settings.loss * lost - self.settings.calm * flown.turn
         return score.reshape(len(weights), count).mean(axis=1), int(flown.steps.sum())
 
 

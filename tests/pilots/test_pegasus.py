@@ -58,7 +58,9 @@ def test_its_score_is_what_the_policy_gets_in_the_fixed_worlds(optimiser, astero
     steps = round(SMALL.horizon_s / scene.dt_s)
     seeds = world_seeds(SMALL.seed, SMALL.scenarios)
     flown = roll_out(scene, pilot, seeds, max_steps=steps, watcher=follow)
-    assert (came - SMALL.calm * flown.turn).mean() == pytest.approx(told[-1].score, abs=1e-9)
+    lost = np.isin(flown.outcomes, [scene.outcomes.index(name) for name in ("hit", "left")])
+    score = came - SMALL.loss * lost - SMALL.calm * flown.turn
+    assert score.mean() == pytest.approx(told[-1].score, abs=1e-9)
 
 
 def test_hill_climbing_climbs(asteroids):
