@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -40,6 +41,9 @@ def evaluate(
     ] = None,
     jobs: JobsOption = 1,
     cluster: ClusterOption = None,
+    pictures: Annotated[
+        Path | None, typer.Option(help="Folder to draw outcomes, paths and actions into.")
+    ] = None,
     workspace: WorkspaceOption = HERE,
     store: StoreOption = None,
     json_output: JsonFlag = False,
@@ -58,6 +62,7 @@ def evaluate(
             like=like,
             jobs=jobs,
             cluster=cluster,
+            pictures=pictures,
             progress=progress,
         )
     if json_output:

@@ -25,7 +25,7 @@ def write_whole(path: Path, data: bytes) -> Path:
             raise
     except OSError as error:
         raise StorageError(
-            f"The policy could not be written to {path}: {error.strerror}. Choose a folder that "
+            f"{str(path)!r} could not be written: {error.strerror}. Choose a folder that "
             "exists, has room and may be written to."
         ) from None
     return path

@@ -6,13 +6,17 @@ import hashlib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.evaluation import archive
+from evastudio.evaluation import pictures as drawing
 from evastudio.evaluation.cluster import on_cluster
+from evastudio.evaluation.evaluate import MAX_STEPS
 from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
+from evastudio.evaluation.flight import Flight, Logbook
 from evastudio.evaluation.results import Comparison
 from evastudio.evaluation.versions import versions
 from evastudio.learning.catalog import find_policy_file
@@ -24,7 +28,14 @@ from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_pilot, scene_of
 from evastudio.pilots.guard import GUARDED
 from evastudio.workspace import Workspace
-from evastudio.world.scene import Scene
+from evastudio.world.rollout import Pilot, roll_out
+from evastudio.world.scene import Scene, world_seeds
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PICTURED = 6
+"""Worlds that the pictures of an evaluation are drawn from."""
 
 
 def evaluate(
@@ -38,6 +49,7 @@ def evaluate(
     like: str | None = None,
     jobs: int = 1,
     cluster: str | None = None,
+    pictures: str | Path | None = None,
     clock: Callable[[], float] = time.time,
     progress: Progress = silent,
 ) -> dict[str, Any]:
@@ -46,8 +58,10 @@ def evaluate(
     The scene is the first policy's unless it is given. `like` is the pilot, one of them, that the
     others should move like. The result is kept in the store, as `evaluation`. It is
     flown in `jobs` processes of this machine, or on the Dask cluster at the address `cluster`;
-    the result is the same.
+    the result is the same. Where a folder for `pictures` is named they are drawn into it.
     """
+    if pictures is not None:
+        drawing.ready()
     if not policies:
         raise InvalidInputError("No policy was given; name at least one to evaluate.")
     place = make_scene(workspace, scene or scene_of(workspace, policies), options)
@@ -64,7 +78,32 @@ def evaluate(
     }
     with Store(workspace.ready().store_url) as store:
         number = archive.save_evaluation(store, compared, asked, clock())
-    return {"evaluation": number, **_told(compared)}
+    told = {"evaluation": number, **_told(compared)}
+    if pictures is not None:
+        pilots = {name: load_pilot(workspace, name, place) for name in policies}
+        made = drawing.save_pictures(picture(place, pilots, compared), Path(pictures))
+        told["pictures"] = [str(path) for path in made]
+    return told
+
+
+def picture(scene: Scene, pilots: Mapping[str, Pilot], compared: Comparison) -> dict[str, Figure]:
+    """What `compared` found, by name; its first PICTURED worlds are flown again for it."""
+    seeds = world_seeds(compared.seed, min(PICTURED, compared.worlds))
+    flights: dict[str, list[Flight]] = {}
+    for name, pilot in pilots.items():
+        log = Logbook(scene)
+        roll_out(scene, pilot, seeds, max_steps=MAX_STEPS, watcher=log)
+        flights[name] = log.flights()
+    first = {name: own[0] for name, own in flights.items()}
+    ended = [bool(one.succeeded[0]) for one in compared.pilots.values()]
+    figures = {
+        "outcomes": drawing.success_rates(compared),
+        "paths": drawing.paths_from_above(scene, first, ended),
+        "actions": drawing.action_histograms(scene, flights),
+    }
+    if scene.whereabouts(next(iter(first.values())).moments).shape[1] == 3:
+        figures["paths-in-space"] = drawing.paths_in_space(scene, first, ended)
+    return figures
 
 
 def evaluations(workspace: Workspace, scene: str | None = None) -> list[dict[str, Any]]:
