@@ -22,7 +22,9 @@ from evastudio.workspace import Workspace
 def pictured(folder: Path, scene: str, *names: str) -> dict[str, Figure]:
     place = make_scene(Workspace(folder), scene)
     pilots = {name: load_pilot(Workspace(folder), name, place) for name in names}
-    return picture(place, pilots, evaluate(place, pilots, worlds=2, max_steps=2000, measure_time=False))
+    return picture(
+        place, pilots, evaluate(place, pilots, worlds=2, max_steps=2000, measure_time=False)
+    )
 
 
 def test_an_evaluation_is_drawn_twice_to_the_same_bytes(tmp_path: Path) -> None:
