@@ -43,7 +43,7 @@ mpl.use("svg")
 mpl.rcParams["svg.hashsalt"] = "evastudio"
 from matplotlib import pyplot  # noqa: E402 - after the choice of how to draw
 
-LEARNED = ROOT / "benchmarks" / "learned"
+TRAINED = ROOT / "benchmarks" / "trained"
 CURVE_FIELDS = 778
 """Seed of the unseen fields of the learning curves."""
 VARIANTS = {
@@ -315,7 +315,7 @@ def keep(runs: Sequence[Practised]) -> None:
         if run.seed == 1:
             view, calm, _ = VARIANTS[run.variant]
             name = f"asteroids-ppo-{view}{'-calm' if calm else ''}.safetensors"
-            save_policy(run.policy, LEARNED / name)
+            save_policy(run.policy, TRAINED / name)
 
 
 def about_ppo(runs: Sequence[Practised]) -> list[str]:
@@ -335,7 +335,7 @@ def about_ppo(runs: Sequence[Practised]) -> list[str]:
         "0.0005. Tuning, on 200 fields of seed 777: two settings (the other: two layers of 64, ten "
         "epochs, rate 0.0003, which learned as fast), one cost of turning; nothing was tuned "
         "under `paper`, where two layers of 64 crossed 55 % after a million decisions.",
-        "- The policies of seed 1 are in `benchmarks/learned/`; they play without PyTorch. CPU "
+        "- The policies of seed 1 are in `benchmarks/trained/`; they play without PyTorch. CPU "
         "time is practice and learning on one core, without the flights for the curve.",
         "",
         "![Learning curves](rl.svg)",

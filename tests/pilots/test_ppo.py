@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from evastudio.errors import ConflictError, InvalidInputError
+from evastudio.learning.policy_files import load_policy
+from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.ppo import PPO, Weights, as_network
 from evastudio.workspace import shipped
 from evastudio.world.loading import load_scene_file
-from evastudio.world.scene import Scene
+from evastudio.world.rollout import roll_out
+from evastudio.world.scene import Scene, world_seeds
 from evastudio.world.spaces import Box, Field
+
+TRAINED = sorted((shipped() / "benchmarks" / "trained").glob("asteroids-ppo-canonical*"))
 
 
 def test_without_the_extra_it_says_what_to_install(
@@ -43,3 +49,10 @@ def test_what_was_practised_is_what_the_policy_decides() -> None:
     share = units @ weights.outer + weights.outer_bias
     given = as_network(PPO(hidden=4), weights, action).decide(states)
     assert given == pytest.approx(share * (2.0, 0.5) + (0.0, 0.5))
+
+
+@pytest.mark.parametrize("path", TRAINED, ids=lambda path: path.stem)
+def test_what_it_learned_crosses_unseen_fields(path: Path, asteroids: Callable[..., Scene]) -> None:
+    scene = asteroids(density=4.0, half_width=100.0)
+    flown = roll_out(scene, PolicyPilot(load_policy(path)), world_seeds(31, 20))
+    assert (flown.outcomes == scene.outcomes.index("crossed")).mean() >= 0.9
