@@ -11,15 +11,18 @@ others as recorded, or everybody does.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.real.recordings import data_folder
+from benchmarks.real.recordings import VARIABLE, data_folder
 from benchmarks.real.streets import (
     AHEAD,
     LATE,
@@ -37,6 +40,7 @@ from benchmarks.real.streets import (
     roll,
 )
 from benchmarks.real.walking import EXPERIMENTS, ConstantVelocity, StraightToGoal
+from benchmarks.remaking import apart
 from benchmarks.report import ROOT, commit, where_and_when, write_section
 from evastudio.demonstrations.retracing import Stepped
 from evastudio.learning.cleaning import clean_pairs
@@ -229,6 +233,9 @@ def main() -> None:
         f"{len(ucy)} recordings, {people} people of each lead; each held out once. Lerner, "
         "Chrysanthou, Lischinski, *Crowds by Example*, 2007.",
     )
+    with tempfile.TemporaryDirectory() as place:
+        os.environ[VARIABLE] = str(folder.resolve())
+        shipped = apart(ROOT / "policies" / "street-people.safetensors", Path(place))
     where = where_and_when(
         at,
         f"python -m benchmarks.street {' '.join(sys.argv[1:])}".strip(),
@@ -241,6 +248,8 @@ def main() -> None:
             "Written by `make bench-street`; do not edit.",
             "",
             where,
+            f"- `street-people`, made again by its own commands, differs by {shipped:.1e} of the "
+            "actions' range.",
             f"- Off: metres from where the person was; forecasts begin every 24 steps ({AHEAD} "
             f"steps are {AHEAD * STREET.dt_s:.1f} s), whole ways at their beginning and until the "
             "person had arrived. The goal is where the person was last seen.",

@@ -305,7 +305,7 @@ def test_a_scene_file_of_ones_own_that_is_not_ready_disturbs_nothing(studio: Stu
             file.write_text(head + body)
             listed = studio.client.get(f"{API}/scenes").json()["items"]
             assert [scene["name"] for scene in listed] == ["asteroids", "crowd", "street"]
-            assert [len(scene["symbols"]) for scene in listed] == [0, 4]
+            assert [len(scene["symbols"]) for scene in listed] == [0, 4, 0]
             answer = studio.client.get(f"{API}/scenes/half")
             assert answer.status_code == 404
         file.write_text("import sys\nsys.exit(3)\n")
