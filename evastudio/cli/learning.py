@@ -216,7 +216,7 @@ def search(
     scenarios: Annotated[int, typer.Option(help="Fixed worlds to try in.", min=1)] = 24,
     horizon_s: Annotated[float, typer.Option(help="Seconds flown in each.", min=0.1)] = 24.0,
     population: Annotated[int, typer.Option(help="Networks tried in a round.", min=1)] = 32,
-    rounds: Annotated[int, typer.Option(help="How many rounds.", min=1)] = 60,
+    rounds: Annotated[int, typer.Option(help="How many rounds.", min=1)] = 30,
     spread: Annotated[float, typer.Option(help="Of the weights tried first.", min=0.0)] = 0.15,
     loss: Annotated[float, typer.Option(help="What it costs to fail.", min=0.0)] = 0.5,
     calm: Annotated[float, typer.Option(help="What changes of action cost.", min=0.0)] = 0.5,

@@ -100,7 +100,10 @@ class AStarPilot(Pilot):
         plans, left = memory["plan"].copy(), memory["left"].copy()
         course = scene.course(snapshot)
         for world in np.flatnonzero(left == 0):
-            found = self.plan(scene, course, int(world)).actions[: self.every]
+            plan = self.plan(scene, course, int(world))
+            if self.watch is not None:
+                self.watch(plan)
+            found = plan.actions[: self.every]
             left[world] = max(1, len(found))
             # The plan stands at the end, so that `left` counts what is still to do.
             plans[world] = 0.0

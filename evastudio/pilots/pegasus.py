@@ -62,7 +62,7 @@ class Pegasus:
     """How long it is tried in each."""
     population: int = 32
     """Networks tried in a round."""
-    rounds: int = 60
+    rounds: int = 30
     spread: float = 0.15
     """Of the weights that are tried first; for hill climbing, of the changes."""
     loss: float = 0.5

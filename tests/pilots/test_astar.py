@@ -110,6 +110,16 @@ def test_a_budget_of_time_is_kept(asteroids):
     assert len(plan.actions) > 0
 
 
+def test_every_search_can_be_watched(asteroids):
+    """One in four decisions searches; the others follow."""
+    plans = []
+    pilot = AStarPilot(nodes=20, watch=plans.append)
+    rollout = roll_out(asteroids(), pilot, SEEDS[:2], max_steps=40)
+    assert len(plans) == 20
+    assert rollout.steps.tolist() == [40, 40]
+    assert all(0 < plan.expanded <= 20 and plan.stored_bytes > 0 for plan in plans)
+
+
 def test_merging_makes_the_search_smaller(asteroids):
     scene = asteroids(density=10.0)
     start = ahead(scene)
