@@ -18,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import joblib
@@ -156,7 +156,7 @@ def draw(runs: Sequence[Practised], path: Path) -> None:
         axis.axhline(90, color="0.7", linewidth=0.8)
         axis.set_ylim(0, 101)
     axes[0].set_ylabel(f"unseen fields crossed at NH {SHOWN_AT:g}, %")
-    axes[0].legend(fontsize=8, loc="lower right")
+    axes[0].legend(fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 0.56))
     figure.savefig(path, metadata={"Date": None})
     pyplot.close(figure)
 
@@ -315,7 +315,8 @@ def keep(runs: Sequence[Practised]) -> None:
         if run.seed == 1:
             view, calm, _ = VARIANTS[run.variant]
             name = f"asteroids-ppo-{view}{'-calm' if calm else ''}.safetensors"
-            save_policy(run.policy, TRAINED / name)
+            made = replace(run.policy, made_by="python -m benchmarks.rl --only ppo")
+            save_policy(made, TRAINED / name)
 
 
 def about_ppo(runs: Sequence[Practised]) -> list[str]:
