@@ -300,7 +300,8 @@ def main() -> None:
                         for seed in SETS[:2]
                     )
                 )
-        command = f"python -m benchmarks.rl {' '.join(sys.argv[1:])}".strip()
+        words = ["PYTHON" if word == str(options.imitation) else word for word in sys.argv[1:]]
+        command = " ".join(["python -m benchmarks.rl", *words])
         when = where_and_when(at, command, time.monotonic() - began)
         text = "\n".join((lines[0], "", when, *lines[1:])).replace("@fields", f"{fields:,}")
         print(text)
