@@ -10,7 +10,7 @@ export PYTHONDONTWRITEBYTECODE = 1
 export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
-	bench-motion bench-crowd bench-real bench-street bench-rl pictures chromium clean
+	bench-motion bench-crowd bench-real bench-scaling bench-street bench-rl pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -35,6 +35,9 @@ bench-crossing: $(VENV)/.dev
 
 bench-baselines: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.baselines
+
+bench-scaling: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.scaling
 
 bench-delay: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.delay

@@ -70,9 +70,7 @@ def evaluate(
     parts = [seeds[start : start + chunk] for start in range(0, worlds, chunk)]
     tasks = [(name, part) for name in pilots for part in parts]
     run = joblib.Parallel(n_jobs=n_jobs, return_as="generator")
-    results = run(
-        joblib.delayed(_fly)(scene, pilots[name], part, max_steps) for name, part in tasks
-    )
+    results = run(joblib.delayed(fly)(scene, pilots[name], part, max_steps) for name, part in tasks)
     flown: dict[str, list[Flown]] = {name: [] for name in pilots}
     for done, ((name, _), part) in enumerate(zip(tasks, results, strict=True), start=1):
         flown[name].append(part)
@@ -150,7 +148,8 @@ def decision_us(
     return statistics.median(spent) * 1e6
 
 
-def _fly(scene: Scene, pilot: Pilot, seeds: Sequence[int], max_steps: int) -> Flown:
+def fly(scene: Scene, pilot: Pilot, seeds: Sequence[int], max_steps: int) -> Flown:
+    """What becomes of the worlds of `seeds`: one task of an evaluation."""
     if goes_in_step(pilot, scene):
         rollout, flights = fly_in_step(scene, pilot, seeds, max_steps=max_steps)
     else:
@@ -169,9 +168,9 @@ def _features(parts: Sequence[Flown]) -> Array:
     return np.concatenate([part.features for part in parts])
 
 
-def _unlike(ours: Array, shown: Array, itself: bool) -> float:
+def _unlike(ours: Array, shown: Array, itself: bool) -> float | None:
     """How far from what was shown; of what was shown, one half from the other."""
     if itself:
         half = len(shown) // 2
         ours, shown = shown[:half], shown[half:]
-    return inhomogeneity(ours, shown) if min(len(ours), len(shown)) else float("nan")
+    return inhomogeneity(ours, shown) if min(len(ours), len(shown)) else None
