@@ -118,6 +118,7 @@ def _header(path: Path, data: bytes) -> dict[str, Any]:
     try:
         outer = json.loads(data[8 : 8 + length].decode("utf-8"))
         header = json.loads(outer["__metadata__"][KEY])
+        json.dumps(header, ensure_ascii=False).encode()  # half a letter cannot be told to a page
         version = header["format"]
     except (ValueError, KeyError, TypeError, RecursionError):
         _damaged(path, "it does not describe an EVA Studio policy")

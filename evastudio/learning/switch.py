@@ -110,9 +110,13 @@ def load_switch(path: str | Path) -> Switch:
     try:
         if len(data) > MAX_BYTES:
             raise InvalidInputError(f"it is larger than {MAX_BYTES // 1_000_000} MB")
-        return _switch(json.loads(data.decode("utf-8")))
+        told = json.loads(data.decode("utf-8"))
+        json.dumps(told, ensure_ascii=False, allow_nan=False).encode()  # what a page cannot be told
+        return _switch(told)
     except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
-        reason = str(error) if isinstance(error, InvalidInputError) else "it is not whole"
+        reason = (
+            str(error).rstrip(".") if isinstance(error, InvalidInputError) else "it is not whole"
+        )
         raise StorageError(
             f"{path} is not a switch that can be used: {reason}. It may be damaged, cut short or "
             "made by another program; make the switch again or take a fresh copy."

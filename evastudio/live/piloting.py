@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from evastudio.errors import ConflictError, InvalidInputError, StudioError
+from evastudio.errors import InvalidInputError, StudioError
 from evastudio.learning import switch as switches
-from evastudio.learning.catalog import find_policy_file
+from evastudio.learning.catalog import PolicyEntry, find_policy_file
 from evastudio.learning.policy_files import SUFFIX, load_policy
 from evastudio.learning.switch import Switch, load_switch
 from evastudio.pilots.guard import GUARDED, GuardedPilot
@@ -55,9 +55,7 @@ def load_switchboard(
         try:
             plain = file_named(entry.policy)
             if plain is not None and _is_switch(find_policy_file(plain, workspace.policy_folders)):
-                raise InvalidInputError(
-                    f"{plain!r} is itself a switch; list the policies that it is made of."
-                )
+                raise InvalidInputError(_nested(plain))
             pilots.append(load_pilot(workspace, entry.policy, scene))
         except StudioError as error:
             raise type(error)(f"Entry {number} of switch {name!r} cannot act. {error}") from None
@@ -66,16 +64,21 @@ def load_switchboard(
     return board
 
 
-def cannot_play(switch: Switch, scene: Scene, known: Container[str]) -> str | None:
+def cannot_play(switch: Switch, scene: Scene, known: Mapping[str, PolicyEntry]) -> str | None:
     """Why `switch` cannot play in `scene` with the policies `known` at hand; None where it can."""
-    for name in map(file_named, switch.policies):
-        if name is not None and name not in known:
-            return f"It needs the policy {name!r}, which is not here. Fit it under that name."
     try:
+        for policy in switch.policies:
+            name = file_named(policy)
+            if name is None:
+                find_pilot(policy.removeprefix(GUARDED))
+            elif name not in known:
+                return f"It needs the policy {name!r}, which is not here. Fit it under that name."
+            elif known[name].switch is not None:
+                return _nested(name)
         for entry in switch.entries:
             if entry.when is not None:
                 entry.when.check(scene)
-    except ConflictError as error:
+    except StudioError as error:
         return str(error)
     return None
 
@@ -90,6 +93,10 @@ def scene_of(workspace: Workspace, references: Iterable[str]) -> str:
                 return str(load_switch(path).scene["name"])
             return load_policy(path).scene_name
     return "asteroids"
+
+
+def _nested(name: str) -> str:
+    return f"{name!r} is itself a switch; list the policies that it is made of."
 
 
 def _is_switch(path: Path) -> bool:

@@ -116,6 +116,11 @@ def _learn(
             f"Session {session.name!r} is of scene {session.scene!r}, and the policies are of "
             f"{scene.name!r}. Choose a session of the same scene."
         )
+    if session.scene_version != scene.version:
+        raise ConflictError(
+            f"Session {session.name!r} is of version {session.scene_version} of the scene, which "
+            f"is now version {scene.version}. Mark moments in a new session."
+        )
     return learn_switch(marked_takes(workspace, store, session, perception), progress)
 
 

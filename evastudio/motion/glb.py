@@ -57,7 +57,7 @@ class Glb:
         self._animations: dict[str, Mapping[str, Any]] = {}
         for number, animation in enumerate(self._list("animations")):
             entry = self._entry(animation, "an animation")
-            self._animations.setdefault(str(entry.get("name", number))[:80], entry)
+            self._animations.setdefault(_legible(entry.get("name", number)), entry)
 
     @property
     def clip_names(self) -> tuple[str, ...]:
@@ -157,7 +157,7 @@ class Glb:
                 raise self._error("scales its nodes to nothing, or beyond all measure")
             offsets[joint] = offset * above
         names = tuple(
-            str(nodes[number].get("name", f"node {number}"))[:80]
+            _legible(nodes[number].get("name", f"node {number}"))
             if not joints or number in joints
             else ""
             for number in order
@@ -280,3 +280,8 @@ def sampled(times_s: Array, values: Array, moments: Array, interpolation: str) -
 
 def _mean(scale: Array) -> float:
     return float(np.cbrt(np.abs(np.prod(scale))))
+
+
+def _legible(name: Any) -> str:
+    """A name as a page can show it: short, and without halves of letters."""
+    return str(name)[:80].encode("utf-8", "replace").decode()

@@ -75,7 +75,8 @@ class Library:
         """Every file that may hold clips, by name, those that cannot be read with the reason."""
         found = []
         for path in sorted(self.folder.glob("*")):
-            if path.suffix.lower() not in KINDS or path.name == CHOICES:
+            known = path.suffix.lower() in KINDS and path.name != CHOICES
+            if not known or not path.name.isprintable():
                 continue
             try:
                 found.append(ClipFile(path.name, self.clips(path.name)))
@@ -99,6 +100,7 @@ class Library:
         path = self.folder / CHOICES
         try:
             told = json.loads(path.read_bytes()) if path.exists() else {}
+            json.dumps(told, ensure_ascii=False).encode()  # half a letter cannot be told to a page
             return {
                 ACTIVITIES[name]: Choice(str(one["file"]), str(one["clip"]))
                 for name, one in told.items()

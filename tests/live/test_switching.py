@@ -88,7 +88,8 @@ def test_a_switch_whose_policy_is_gone_says_so(workspace) -> None:
     switch = load_switch(made["file"])
     known = list_policies(workspace.policy_folders)
     assert cannot_play(switch, scene, known) is None
-    assert "'crowd-hurried', which is not here" in cannot_play(switch, scene, {"crowd-fleeing"})
+    fewer = {name: entry for name, entry in known.items() if name != "crowd-hurried"}
+    assert "'crowd-hurried', which is not here" in cannot_play(switch, scene, fewer)
     text = (workspace.policies / "mine.switch.json").read_text()
     (workspace.policies / "mine.switch.json").write_text(text.replace("hurried", "gone"))
     with pytest.raises(NotFoundError, match=r"Entry 2 of switch 'mine'.*'crowd-gone'"):
@@ -99,6 +100,30 @@ def test_a_switch_whose_policy_is_gone_says_so(workspace) -> None:
     assert "looks at 'rain'" in cannot_play(
         load_switch(made["file"]), scene, list_policies(workspace.policy_folders)
     )
+
+
+@pytest.mark.parametrize(
+    ("policy", "says"),
+    [("mine", "'mine' is itself a switch"), ("guarded:scripted:nobody", "'scripted:nobody'")],
+)
+def test_a_switch_that_names_no_policy_is_listed_with_the_reason(workspace, policy, says) -> None:
+    entries = [("crowd-fleeing", "event:impact"), ("crowd-hurried", None)]
+    path = workspace.policies / "mine.switch.json"
+    evastudio.switch(workspace, "mine", entries)
+    path.write_text(path.read_text().replace('"crowd-hurried"', json.dumps(policy)))
+    known = list_policies(workspace.policy_folders)
+    assert says in cannot_play(load_switch(path), CROWD(**SMALL), known)
+
+
+def test_a_session_of_another_version_of_the_scene_tells_no_switch(workspace) -> None:
+    class Older(CROWD):
+        version = CROWD.version - 1
+
+    with Store(workspace.ready().store_url) as store:
+        store.create_session(Older(**SMALL), "old", "person", 0.0)
+    entries = [("crowd-fleeing", "learned:old"), ("crowd-hurried", None)]
+    with pytest.raises(ConflictError, match=f"version {Older.version} of the scene"):
+        evastudio.switch(workspace, "mine", entries)
 
 
 def test_damaged_switches_are_refused_whatever_is_wrong(workspace) -> None:
@@ -123,6 +148,8 @@ def test_damaged_switches_are_refused_whatever_is_wrong(workspace) -> None:
         (("entries", 0, "when", "bounds", 0, "low"), True),
         (("entries", 0, "when", "bounds", 0, "reading"), 3),
         (("made_by",), None),
+        (("entries", 0, "policy"), "half a letter: \ud800"),
+        (("entries", 0, "learned"), {"near": float("nan")}),
     ):
         spoilt = json.loads(text)
         place = spoilt

@@ -187,6 +187,11 @@ def test_key_frames_that_cannot_be_played_are_refused(
     refused(lambda: opened(keyed(values, at)), match)
 
 
+def test_a_clip_has_a_name_that_can_be_told() -> None:
+    (name,) = Glb(changed("animations", 0, "name", to="half a letter: \ud800"), "w").clip_names
+    assert name == "half a letter: ?"
+
+
 def test_an_unknown_clip_is_told_with_those_there_are() -> None:
     with pytest.raises(NotFoundError, match=r"Did you mean 'walk'\?"):
         Glb(FILE, "good.glb").clip("wolk")

@@ -25,6 +25,7 @@ def library(tmp_path: Path) -> Library:
     (folder / "stroll.bvh").write_text(bvh(walking(0.8, moves=False)))
     (folder / "broken.bvh").write_text("HIERARCHY")
     (folder / "readme.txt").write_text("not a clip")
+    (folder / "no\udcffletter.bvh").write_text("HIERARCHY")
     return Library(folder)
 
 
@@ -115,7 +116,16 @@ def test_what_does_not_fit_cannot_be_chosen(library: Library) -> None:
     assert library.choices() == {}
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"walk": 5}', '{"fly": {"file": "a", "clip": "b"}}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{",
+        "[]",
+        '{"walk": 5}',
+        '{"fly": {"file": "a", "clip": "b"}}',
+        '{"walk": {"file": "\\ud800.glb", "clip": "b"}}',
+    ],
+)
 def test_a_damaged_file_of_choices_is_told(library: Library, text: str) -> None:
     (library.folder / CHOICES).write_text(text)
     with pytest.raises(StorageError, match="delete it to begin with the shipped"):
