@@ -8,9 +8,12 @@ after a semicolon, whom to credit.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from io import BytesIO, TextIOWrapper
+from itertools import islice
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -82,10 +85,9 @@ def read_walks(path: Path, fps: float | None = None) -> Walks:
             f"{name!r} has more than {MOST_BYTES:,} bytes; a recording may have so many. Cut it "
             "into several."
         )
-    lines = data.decode("utf-8", errors="replace").splitlines()
-    told = [line for line in lines[:20] if line.lstrip().startswith("#")]
+    told = [line for line in islice(_lines(data), 20) if line.lstrip().startswith("#")]
     rate = _rate(name, told, fps)
-    frames, persons, places = _rows(name, lines)
+    frames, persons, places = _rows(name, _lines(data))
     if np.ptp(places, axis=0).max() > WIDEST_M:
         raise InvalidInputError(
             f"The people of {name!r} are up to {np.ptp(places, axis=0).max():g} m apart; expected "
@@ -127,7 +129,12 @@ def _source(told: Sequence[str]) -> tuple[str, str]:
     return source, "".join(letter for letter in credit[:80] if letter.isprintable())
 
 
-def _rows(name: str, lines: Sequence[str]) -> tuple[Array, Array, Array]:
+def _lines(data: bytes) -> TextIO:
+    """Line by line, so that memory holds no more than the rows."""
+    return TextIOWrapper(BytesIO(data), encoding="utf-8", errors="replace")
+
+
+def _rows(name: str, lines: Iterable[str]) -> tuple[Array, Array, Array]:
     """Frames (rows,), persons (rows,) and places (rows, 2) of all lines that hold numbers."""
     rows: list[list[float]] = []
     for number, line in enumerate(lines, start=1):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -108,6 +109,17 @@ def test_a_billion_frames_claimed_cost_nothing(table: Callable[[str], Path]) -> 
     far = "".join(row(10**11 + frame, 1, 0.1 * frame) for frame in range(4))
     first, second = read_walks(table(text + far), 1.0).people
     assert len(second.every(0.4)[1]) == len(first.every(0.4)[1])
+
+
+def test_lines_that_say_nothing_hold_no_memory(table: Callable[[str], Path]) -> None:
+    file = table("# fps=25\n" + "##\n" * 500_000)
+    tracemalloc.start()
+    try:
+        with pytest.raises(InvalidInputError, match="holds no rows"):
+            read_walks(file)
+        assert tracemalloc.get_traced_memory()[1] < 8_000_000
+    finally:
+        tracemalloc.stop()
 
 
 def test_limits_are_told(table: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch) -> None:
