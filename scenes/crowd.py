@@ -44,6 +44,7 @@ from evastudio.motion.footing import NOTICED, REST, Passage, at_home, complex_of
 from evastudio.motion.moment import Activity, Footing, Moment
 from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
+from evastudio.world.beacon import beacon_meshes, ring_body
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.cast import of_lead
 from evastudio.world.grid import (
@@ -528,6 +529,7 @@ class Crowd(Peopled):
         return {
             **self.figures.meshes(),
             **paving_meshes(),
+            **beacon_meshes(),
             "skyline": skyline_mesh(),
             "boulder": boulder_mesh(),
             "dust": puff(),
@@ -539,6 +541,7 @@ class Crowd(Peopled):
         return [
             *paving_bodies(lead),
             skyline_body(lead),
+            ring_body(lead),
             *self.figures.bodies(self.moment(world)),
             *boulder_bodies(world["boulder"][0]),
         ]

@@ -41,6 +41,7 @@ from evastudio.motion.figures import figures
 from evastudio.motion.moment import Moment
 from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
+from evastudio.world.beacon import beacon_meshes, post_body, ring_body
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.cast import of_lead
 from evastudio.world.paving import paving_bodies, paving_meshes
@@ -284,6 +285,7 @@ class Street(Peopled):
         return {
             **self.figures.meshes(),
             **paving_meshes(),
+            **beacon_meshes(),
             "skyline": skyline_mesh(),
             "kerb": kerb,
         }
@@ -306,6 +308,8 @@ class Street(Peopled):
         return [
             *paving_bodies(lead),
             skyline_body(lead),
+            ring_body(lead),
+            post_body(of_lead(world, goal_of(world))[0]),
             *kerbs(world),
             *self.figures.bodies(people),
         ]

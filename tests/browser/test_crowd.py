@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from conftest import Open, Running
 
 WAIT_S = 60.0
+MARKS = 5
+"""The component of an action that marks a moment."""
 SYMBOLS = ("stand", "turn left", "turn right", "walk on")
 COMING = """() => {
   window.coming = [];
@@ -116,6 +118,11 @@ def test_an_animator_leads_one_releases_thirty_and_they_run(
     falls(page, 1)
     page.locator("#another").click(force=True)
     expect(page.locator("#notice")).to_contain_text("about one character")
+    focus_view(page)
+    page.keyboard.press("c")
+    page.keyboard.press("m")
+    expect(page.locator("#notice")).to_contain_text("Marked at")
+    expect(page.locator("#notice .error")).to_have_count(0)
     page.locator("#stop").click()
     phase(page, "ready")
     at_least(page, "takes-kept", 1)
@@ -126,6 +133,7 @@ def test_an_animator_leads_one_releases_thirty_and_they_run(
         (take,) = store.takes(store.sessions()[0].id)
         data = store.load_take(take.id)
     scene = stage.scene
+    assert data.actions[:, 0, MARKS].sum() == 1.0
     told = perceive_take(scene.perception(), data.snapshots, data.actions, take.id)
     symbols = [SYMBOLS[int(code)] for code in told.actions[:, 0]]
     assert [name for name, _ in groupby(symbols)] == shown
@@ -142,6 +150,8 @@ def test_an_animator_leads_one_releases_thirty_and_they_run(
     expect(page.locator("#notice")).to_contain_text("ready to play")
     page.locator("#play").click()
     phase(page, "playing")
+    page.keyboard.press("m")
+    expect(page.locator("#notice")).to_contain_text("marked in a take")
     start = stage.snapshot["position"][0]
     at_least(page, "seconds", 4)
     assert len(start) == 30

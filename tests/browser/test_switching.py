@@ -36,12 +36,18 @@ def test_a_switch_is_made_and_plays(
     page.locator("#scene").select_option("crowd")
     expect(page.locator("#policy")).to_contain_text("crowd-and-boulder")
     page.locator("#switch-box summary").click()
+    assert page.locator("#switch-when").input_value() == "once event:falling"
     page.locator("#switch-first").select_option("crowd-shy")
+    page.locator("#switch-then").select_option("crowd-shy")
+    page.locator("#switch-name").fill("none")
+    page.locator("#switch-form button[type=submit]").click()
+    expect(page.locator("#notice")).to_contain_text("two different policies")
     page.locator("#switch-then").select_option("crowd-fleeing")
     page.locator("#switch-when").select_option(label="as I marked in “Startled”")
     page.locator("#switch-name").fill("as-marked")
     page.screenshot(path=pictures / "switching.png")
-    page.locator("#switch-form button").click()
+    page.locator("#switch-form button[type=submit]").click()
+    expect(page.locator("#switch-form .job")).to_be_visible()
     expect(page.locator("#notice")).to_contain_text("“as-marked” is ready to play.")
     expect(page.locator("#play-says")).to_contain_text(
         "crowd-shy; once the boulder has hit the ground, crowd-fleeing."
@@ -49,7 +55,7 @@ def test_a_switch_is_made_and_plays(
     page.locator("#switch-when").select_option("after")
     page.locator("#switch-seconds").fill("2.5")
     page.locator("#switch-name").fill("by-time")
-    page.locator("#switch-form button").click()
+    page.locator("#switch-form button[type=submit]").click()
     expect(page.locator("#play-says")).to_contain_text(
         "crowd-shy; when the time is over 2.5 s, crowd-fleeing."
     )

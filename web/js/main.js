@@ -10,7 +10,7 @@ import { keyHelp, showHeld } from "./keyhelp.js";
 import { Keys } from "./keys.js";
 import { Link } from "./link.js";
 import { meaningOf } from "./meaning.js";
-import { session } from "./needs.js";
+import { MARK, notNow, session } from "./needs.js";
 import { attempt, notify } from "./notices.js";
 import { options } from "./options.js";
 import { others } from "./others.js";
@@ -153,7 +153,18 @@ async function reload(policy = store.state.policy) {
 
 let sequence = 0;
 /** @param {string} name @param {import("./pointer.js").Place | null} place */
-const signal = (name, place) => link.command("signal", { signal: name, pointer: place });
+function signal(name, place) {
+  const missing = notNow(store.state, name);
+  if (missing) return notify(missing);
+  link.command("signal", { signal: name, pointer: place });
+  if (name === MARK) notify(`Marked at ${store.state.status?.seconds.toFixed(1)} s.`);
+}
+/** @param {string} name */
+function command(name) {
+  const missing = name === "another" ? notNow(store.state, name) : null;
+  if (missing) notify(missing);
+  else link.command(name);
+}
 const pointer = new Pointer(view);
 const keys = new Keys(
   (event, onControl) => meaningOf(store.state, event, onControl),
@@ -161,7 +172,7 @@ const keys = new Keys(
     showHeld(held);
     link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence });
   },
-  (name) => link.command(name),
+  command,
   (name) => signal(name, pointer.place()),
 );
 keys.attachFrame(view);

@@ -3,6 +3,9 @@
 /** @typedef {import("./types.js").State} State */
 /** @typedef {"demonstrate" | "clean" | "fit" | "play" | "stop" | "undo"} Action */
 
+/** The signal that marks the moment of a switch. */
+export const MARK = "mark";
+
 /** @param {State} state */
 export const session = (state) => state.sessions.find(({ id }) => id === state.session) ?? null;
 
@@ -18,7 +21,8 @@ const demonstrating = ({ status }) =>
  * @param {string} kind
  */
 export const jobOf = (state, kind) =>
-  state.jobs.find((job) => job.kind === kind && job.session === state.session) ?? null;
+  state.jobs.find((job) => job.kind === kind && (job.session ?? state.session) === state.session) ??
+  null;
 
 /**
  * @param {State} state
@@ -47,6 +51,22 @@ export function needs(state) {
     stop: away ?? (status?.phase === "ready" ? "Nothing is running" : null),
     undo: away ?? (status?.can_undo ? null : "Nothing was thrown away"),
   };
+}
+
+/**
+ * Why a signal cannot be given now, or another character be led; null where it can.
+ * @param {State} state
+ * @param {string} name of the signal, or "another"
+ */
+export function notNow({ status }, name) {
+  const { phase, mode } = status ?? { phase: "ready", mode: null };
+  if (name === "another") {
+    const taking = mode === "demonstrate" && (phase === "recording" || phase === "paused");
+    return taking ? "A take is about one character. Stop it first." : null;
+  }
+  if (name === MARK && mode !== "demonstrate") return "Moments are marked in a take. Demonstrate first.";
+  const moves = phase === "recording" || phase === "playing";
+  return moves ? null : "Nothing moves at the moment. Demonstrate or play first.";
 }
 
 /**

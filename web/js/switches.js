@@ -2,8 +2,8 @@
 
 import { api } from "./api.js";
 import { byId, fill } from "./dom.js";
-import { session } from "./needs.js";
-import { attempt } from "./notices.js";
+import { MARK, session } from "./needs.js";
+import { attempt, notify } from "./notices.js";
 
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./types.js").Job} Job */
@@ -26,8 +26,11 @@ export function switches(store, made) {
     byId("switch-after", HTMLElement).hidden = when.value !== AFTER;
   };
   when.addEventListener("change", showSeconds);
+  const box = byId("switch-box", HTMLDetailsElement);
+  box.addEventListener("toggle", () => box.open && form.scrollIntoView({ block: "end" }));
   form.addEventListener("submit", (event) => {
     event.preventDefault();
+    if (first.value === then.value) return notify("Choose two different policies.");
     attempt(async () => {
       const condition = when.value === AFTER ? `after:${seconds.value}s` : when.value;
       const entries = [{ policy: then.value, when: condition }, { policy: first.value }];
@@ -42,13 +45,13 @@ export function switches(store, made) {
       state.sessions === before.sessions;
     if (same && when.length) return;
     const able = state.policies.filter((one) => !one.problem && !one.switches.length);
-    byId("switch-box", HTMLElement).hidden = able.length < 2;
+    box.hidden = able.length < 2;
     const known = able.map((one) => ({ value: one.name, text: one.name }));
     const names = known.map(({ value }) => value);
     fill(first, known, names.includes(first.value) ? first.value : (names[0] ?? ""));
     fill(then, known, names.includes(then.value) ? then.value : (names[1] ?? ""));
     const choices = conditions(state);
-    const kept = choices.some(({ value }) => value === when.value);
+    const kept = state.scene === before.scene && choices.some(({ value }) => value === when.value);
     fill(when, choices, kept ? when.value : choices[0].value);
     showSeconds();
   });
@@ -60,7 +63,7 @@ function conditions(state) {
   const choices = events.map(({ name, label }) => ({ value: `once event:${name}`, text: label }));
   choices.push({ value: AFTER, text: "some seconds have passed" });
   const now = session(state);
-  const marks = state.scene?.signals.some(({ name }) => name === "mark");
+  const marks = state.scene?.signals.some(({ name }) => name === MARK);
   if (marks && now?.pairs) {
     choices.push({ value: `learned:${now.id}`, text: `as I marked in “${now.name}”` });
   }

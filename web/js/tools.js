@@ -1,16 +1,12 @@
 /** The buttons over the 3D view: signals of the scene, another character, another camera. */
 
 import { byId, make, say } from "./dom.js";
+import { notNow } from "./needs.js";
 import { notify } from "./notices.js";
 import { keyName } from "./words.js";
 
 /** @typedef {import("./types.js").State} State */
-/** @typedef {import("./types.js").Status} Status */
 /** @typedef {import("./pointer.js").Place} Place */
-
-/** @param {Status} status */
-const recording = ({ phase, mode, countdown_s }) =>
-  mode === "demonstrate" && (phase === "recording" || (phase === "paused" && countdown_s === 0));
 
 /**
  * @param {import("./store.js").Store} store
@@ -65,7 +61,8 @@ export function tools(store, pointer, act) {
     if (place !== null) act.signal(name, place);
   }
 
-  store.watch(({ scene, status }) => {
+  store.watch((state) => {
+    const { scene, status } = state;
     if (scene === null) return;
     if (built !== scene.name) {
       built = scene.name;
@@ -79,11 +76,9 @@ export function tools(store, pointer, act) {
     if (!moves) pointer.cancel();
     for (const { name, label } of scene.signals) {
       const words = label.charAt(0).toUpperCase() + label.slice(1);
-      const still = moves ? null : "Nothing moves at the moment. Demonstrate or play first.";
-      tell(`signal-${name}`, words, still);
+      tell(`signal-${name}`, words, notNow(state, name));
     }
-    const one = status && recording(status) ? "A take is about one character. Stop it first." : null;
-    tell("another", "Another character", one, (status?.lead ?? null) === null);
+    tell("another", "Another character", notNow(state, "another"), (status?.lead ?? null) === null);
     const cameras = status?.cameras ?? [];
     tell("camera", `Camera: ${status?.camera ?? ""}`, null, cameras.length < 2);
   });
