@@ -1,6 +1,6 @@
 # make run | test | lint | bench | bench-crossing | bench-baselines | bench-conflicts |
-# bench-motion | bench-crowd | bench-real | bench-street | bench-rl: each sets up what it needs in
-# .venv first.
+# bench-motion | bench-crowd | bench-real | bench-street | bench-rl | paper: each sets up what it
+# needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -10,7 +10,8 @@ export PYTHONDONTWRITEBYTECODE = 1
 export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
-	bench-motion bench-crowd bench-real bench-scaling bench-street bench-rl pictures chromium clean
+	bench-motion bench-crowd bench-real bench-scaling bench-street bench-rl paper pictures \
+	chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -66,6 +67,10 @@ bench-street: $(VENV)/.dev
 # an older gymnasium and so an environment of its own; into docs/baselines.md. About 10 CPU minutes.
 bench-rl: $(VENV)/.rl $(VENV)-imitation/.installed
 	$(BIN)/python -m benchmarks.rl --imitation $(VENV)-imitation/bin/python
+
+# The paper's tables measured here, into docs/paper.md.
+paper: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.paper
 
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium

@@ -8,6 +8,8 @@ import subprocess
 from datetime import UTC, datetime
 from pathlib import Path
 
+from evastudio.evaluation.versions import processor
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -26,17 +28,6 @@ def write_section(path: Path, name: str, text: str) -> None:
     else:
         whole = f"{before.rstrip()}\n\n{section}".lstrip()
     path.write_text(whole, encoding="utf-8")
-
-
-def processor() -> str:
-    """The processor's name, or the architecture where the system does not tell."""
-    try:
-        for line in Path("/proc/cpuinfo").read_text().splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    except OSError:
-        pass
-    return platform.machine()
 
 
 def commit(*paths: str) -> str:

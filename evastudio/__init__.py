@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from evastudio.live.evaluating import evaluate, evaluations, repeat_evaluation
     from evastudio.live.headless import clean, fit, record, scenes, sessions
     from evastudio.live.importing import import_walks
+    from evastudio.live.reproducing import paper
     from evastudio.live.searching import search
     from evastudio.live.switching import switch
     from evastudio.live.tuning import tune
@@ -40,6 +41,7 @@ _FROM = {
     "fit": "evastudio.live.headless",
     "import_walks": "evastudio.live.importing",
     "load_policy": "evastudio.learning.policy_files",
+    "paper": "evastudio.live.reproducing",
     "record": "evastudio.live.headless",
     "save_policy": "evastudio.learning.policy_files",
     "scenes": "evastudio.live.headless",
@@ -60,6 +62,7 @@ __all__ = [
     "fit",
     "import_walks",
     "load_policy",
+    "paper",
     "record",
     "repeat_evaluation",
     "save_policy",

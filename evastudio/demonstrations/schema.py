@@ -16,9 +16,9 @@ from sqlalchemy import (
     Text,
 )
 
-VERSION = 2
+VERSION = 3
 """Raised with every change of the tables; a store of a newer version is refused. 2 added the
-evaluations."""
+evaluations, 3 the studies."""
 
 metadata = MetaData()
 
@@ -106,3 +106,13 @@ evaluations = Table(
     Column("arrays", LargeBinary, nullable=False),
 )
 """`asked` is what makes it again, `result` the summary, `arrays` every world's figures, packed."""
+
+studies = Table(
+    "studies",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("scene", String(200), nullable=False, index=True),
+    Column("created_at", Float, nullable=False),
+    Column("told", Text, nullable=False),
+)
+"""`told` is the study as JSON."""

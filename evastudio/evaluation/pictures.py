@@ -93,20 +93,24 @@ def ready() -> None:
 def crossing_curves(
     rates: Mapping[str, Mapping[float, Rate]], across: str, title: str = "Worlds ended well"
 ) -> Figure:
-    """The share that succeeded, by pilot, over what `across` names, with 95 % intervals."""
+    """The share that succeeded, by pilot, over what `across` names, with 95 % intervals.
+
+    Pilots stand a little beside each other, so that all can be seen where all are as good.
+    """
     figure, axes = _sheet(7.6, 4.2, title, across, "worlds, %")
     with _styled():
-        for (name, by), (color, marker, dash) in zip(
-            rates.items(), _looks(len(rates)), strict=True
+        marks = sorted({at for by in rates.values() for at in by})
+        aside = 0.012 * (marks[-1] - marks[0])
+        for number, ((name, by), (color, marker, dash)) in enumerate(
+            zip(rates.items(), _looks(len(rates)), strict=True)
         ):
-            at = list(by)
-            middle = np.array([100.0 * rate for rate, _ in by.values()])
-            low, high = (
-                np.array([100.0 * interval[side] for _, interval in by.values()]) for side in (0, 1)
+            at = np.array(list(by)) + aside * (number - (len(rates) - 1) / 2)
+            middle, low, high = (
+                np.array([(rate, *interval) for rate, interval in by.values()]).T * 100.0
             )
-            axes.fill_between(at, low, high, color=color, alpha=0.15, linewidth=0.0)
             axes.plot(at, middle, dash, color=color, marker=marker, markersize=4.5, label=name)
-        axes.set(ylim=(-3.0, 103.0), xticks=sorted({at for by in rates.values() for at in by}))
+            axes.vlines(at, low, high, color=color, alpha=0.6, linewidth=1.2)
+        axes.set(ylim=(-3.0, 103.0), xticks=marks)
         _name_lines(axes)
     return figure
 
@@ -198,7 +202,7 @@ def paths_in_space(scene: Scene, flights: Mapping[str, Flight], endings: Sequenc
         axes.set_box_aspect((3.0, 1.3, 1.0), zoom=1.3)
         axes.view_init(elev=24.0, azim=-66.0)
         axes.legend(
-            labelcolor="linecolor", handlelength=1.2, loc="upper left", bbox_to_anchor=(0.98, 1.0)
+            labelcolor="linecolor", handlelength=1.2, loc="upper left", bbox_to_anchor=(1.0, 1.05)
         )
     return figure
 
@@ -360,6 +364,9 @@ def _name_lines(axes: Axes) -> None:
             axes.annotate(name, end, (8, 0), textcoords="offset points", bbox=paper, **said)
             continue
         at = min(up, at - gap)
-        said["arrowprops"] = {"arrowstyle": "-", "color": line.get_color(), "lw": 0.5, "alpha": 0.6}
+        said["arrowprops"] = {
+            **{"arrowstyle": "-", "color": line.get_color(), "lw": 0.5, "alpha": 0.6},
+            **{"relpos": (0.0, 0.5), "shrinkA": 1.0, "shrinkB": 3.0},
+        }
         axes.annotate(name, end, (right + 0.03 * (right - left), at), **said)
     axes.set_xlim(right=right)

@@ -1,9 +1,10 @@
-"""Which versions a figure was made with."""
+"""Which versions and machine a figure was made with."""
 
 from __future__ import annotations
 
 import platform
 from importlib.metadata import version
+from pathlib import Path
 
 MATTER = ("evastudio", "numba", "numpy", "scikit-learn", "scipy")
 """Packages whose versions may change a figure's last digits."""
@@ -12,3 +13,14 @@ MATTER = ("evastudio", "numba", "numpy", "scikit-learn", "scipy")
 def versions() -> dict[str, str]:
     """Of Python and of the packages that figures depend on, in this process."""
     return {"python": platform.python_version(), **{name: version(name) for name in MATTER}}
+
+
+def processor() -> str:
+    """The processor's name, or the architecture where the system does not tell."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.machine()

@@ -34,7 +34,7 @@ from evastudio.world.scene import Scene, world_seeds
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PICTURED = 6
+PICTURED = 4
 """Worlds that the pictures of an evaluation are drawn from."""
 
 
