@@ -55,7 +55,7 @@ class Extent:
     """The one of them at which is demonstrated, searched and timed."""
     half_width_m: float = 100.0
     """Of the corridor."""
-    worlds: int = 100
+    worlds: int = 60
     """Fields at each density."""
     timed: int = 10
     """Fields flown alone, with a clock at each decision."""
@@ -63,8 +63,8 @@ class Extent:
     """Timings of which the median counts."""
     searches: tuple[Pegasus, ...] = field(
         default_factory=lambda: (
-            Pegasus(optimiser="hill-climbing", spread=0.2, seed=9001),
-            Pegasus(seed=9001),
+            Pegasus(optimiser="hill-climbing", spread=0.2, rounds=40, seed=9001),
+            Pegasus(rounds=40, seed=9001),
         )
     )
     seed: int = 9001
