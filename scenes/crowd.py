@@ -380,7 +380,8 @@ class Crowd(Peopled):
         at a corner claim that corner too.
         """
         worlds, people = free.shape
-        turn = (np.arange(people) - snapshot["steps"][:, None] * 7919) % people
+        shift = 7919 if people % 7919 else 7907
+        turn = (np.arange(people) - snapshot["steps"][:, None] * shift) % people
         side = self.side
         world = np.arange(worlds)[:, None]
         place = (world * side + target[:, :, 1]) * side + target[:, :, 0]

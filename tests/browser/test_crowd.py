@@ -123,6 +123,7 @@ def test_an_animator_leads_one_releases_thirty_and_they_run(
     page.keyboard.press("m")
     expect(page.locator("#notice")).to_contain_text("Marked at")
     expect(page.locator("#notice .error")).to_have_count(0)
+    falls(page, 1)
     page.locator("#stop").click()
     phase(page, "ready")
     at_least(page, "takes-kept", 1)
