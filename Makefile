@@ -1,6 +1,6 @@
 # make run | test | lint | bench | bench-crossing | bench-baselines | bench-conflicts |
-# bench-motion | bench-crowd | bench-real | bench-street | bench-rl | paper: each sets up what it
-# needs in .venv first.
+# bench-motion | bench-crowd | bench-real | bench-street | bench-rl | bench-reproduction | paper:
+# each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -10,8 +10,8 @@ export PYTHONDONTWRITEBYTECODE = 1
 export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
-	bench-motion bench-crowd bench-real bench-scaling bench-street bench-rl paper pictures \
-	chromium clean
+	bench-motion bench-crowd bench-real bench-scaling bench-street bench-rl bench-reproduction \
+	paper pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -71,6 +71,10 @@ bench-rl: $(VENV)/.rl $(VENV)-imitation/.installed
 # The paper's tables measured here, into docs/paper.md.
 paper: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.paper
+
+# Where the paper's plain state is enough, into docs/reproduction.md; about 10 minutes.
+bench-reproduction: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.reproduction
 
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium
