@@ -2,8 +2,8 @@
 
 Drawn by matplotlib, which is the extra `evastudio[pictures]`; nothing else of evastudio needs it.
 The same figures give the same bytes, with the same version of matplotlib. Colours are those of
-M. Okabe, K. Ito, "Color universal design", 2008, which colour-blind people tell apart, and every
-line has its name beside it.
+M. Okabe, K. Ito, "Color universal design", 2008 (the last one of P. Tol, 2021), which colour-blind
+people tell apart, and every line has its name beside it.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FORMS = ("svg", "png")
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#333333")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#333333", "#882255")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 DASHES = ("-", "--", ":")
 """Pilots beyond the last colour have the colours again, dashed."""
 STYLE: Mapping[str, Any] = {
