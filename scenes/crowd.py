@@ -32,10 +32,8 @@ what the animator does besides: let the boulder fall, mark a moment.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
@@ -44,8 +42,8 @@ from evastudio.motion.footing import NOTICED, REST, Passage, at_home, complex_of
 from evastudio.motion.moment import Activity, Footing, Moment
 from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
-from evastudio.world.beacon import beacon_meshes, ring_body
-from evastudio.world.bodies import Body, Camera, Look, Mesh
+from evastudio.world.bodies import Body, Mesh
+from evastudio.world.boulder import FALL_S, boulder_bodies, boulder_meshes
 from evastudio.world.cast import of_lead
 from evastudio.world.grid import (
     AHEAD,
@@ -67,7 +65,6 @@ from evastudio.world.mingling import (
     longest_still_s,
     longest_stuck_s,
 )
-from evastudio.world.paving import paving_bodies, paving_meshes
 from evastudio.world.scene import (
     MARK,
     Control,
@@ -78,7 +75,6 @@ from evastudio.world.scene import (
     Sign,
     Signal,
 )
-from evastudio.world.skyline import skyline_body, skyline_mesh
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Symbols
 
@@ -88,12 +84,6 @@ RUN = 4.5
 """Metres a second of somebody who flees."""
 HASTE = 6.0
 """Metres a second by which a runner's speed changes in a second."""
-FALL_S = 1.0
-"""From letting the boulder go to its impact."""
-HEIGHT = 22.0
-"""Metres that it falls."""
-BOULDER = 1.6
-"""Its radius, metres."""
 KNOCK = 3.5
 """Who stands nearer to the impact than this is knocked over."""
 DOWN_S = 2.5
@@ -112,10 +102,6 @@ NEAREST = 3
 PATHS = {"ahead": 0, "half_left": 1, "half_right": -1, "left": 2, "right": -2}
 """Eighths from the way one faces."""
 WHIMS = 64
-OVERVIEW = (-9.0, -9.0, 7.0)
-"""Metres from the lead to the camera that looks over everybody."""
-BEYOND = (2.5, 2.5, 0.0)
-"""Metres from the lead to where that camera looks."""
 
 STAND, LEFT, RIGHT, WALK = range(4)
 SYMBOLS = Symbols(
@@ -176,17 +162,6 @@ class Crowd(Peopled):
             Field("drop_y", "m", -1e6, 1e6),
             Field("mark", "1", 0.0, 1.0),
         )
-    )
-    look = Look(
-        background=(226, 224, 214),
-        fog_near=22.0,
-        fog_far=120.0,
-        sun_direction=(-0.45, -0.6, 0.66),
-        sun=2.7,
-        sky=1.7,
-        sky_color=(196, 212, 255),
-        ground_color=(150, 132, 116),
-        zenith=(92, 148, 206),
     )
 
     def __init__(self, **values: float) -> None:
@@ -528,21 +503,15 @@ class Crowd(Peopled):
 
     def meshes(self) -> Mapping[str, Mesh]:
         return {
-            **self.figures.meshes(),
-            **paving_meshes(),
-            **beacon_meshes(),
-            "skyline": skyline_mesh(),
-            "boulder": boulder_mesh(),
-            "dust": puff(),
+            **super().meshes(),
+            **boulder_meshes(),
         }
 
     def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
         world = snapshot.take(slice(0, 1))
         lead = self.nearest_image(world)[0, int(world["lead"][0])]
         return [
-            *paving_bodies(lead),
-            skyline_body(lead),
-            ring_body(lead),
+            *self.square(lead),
             *self.figures.bodies(self.moment(world)),
             *boulder_bodies(world["boulder"][0]),
         ]
@@ -598,26 +567,6 @@ class Crowd(Peopled):
             manners=manners(world)[0],
             cadences=world["cadence"][0],
             footing=Footing(stood, next_ones),
-        )
-
-    def cameras(self, snapshot: Snapshot) -> Mapping[str, Camera]:
-        chase = self.camera(snapshot)
-        lead = int(snapshot["lead"][0])
-        here = np.array([*snapshot["position"][0, lead], 0.0])
-        above = Camera(here + OVERVIEW, here + BEYOND, up=np.array([0.0, 0.0, 1.0]))
-        return {"chase": chase, "overview": above}
-
-    def camera(self, snapshot: Snapshot) -> Camera:
-        world = snapshot.take(slice(0, 1))
-        lead = int(world["lead"][0])
-        x, y = world["position"][0, lead]
-        heading = float(world["heading"][0, lead])
-        forward = np.array([np.cos(heading), np.sin(heading), 0.0])
-        here = np.array([x, y, 0.0])
-        return Camera(
-            position=here - forward * 5.8 + (0.0, 0.0, 3.4),
-            look_at=here + forward * 1.7 + (0.0, 0.0, 0.9),
-            up=np.array([0.0, 0.0, 1.0]),
         )
 
 
@@ -811,55 +760,8 @@ FREE = 1.0 - np.exp(-np.arange(IN_A_ROW + 1) / 2.0)
 """What so many free cells in a row come to."""
 
 
-# -- meshes ------------------------------------------------------------------------------------
-
 EMERGE = 1.2
 """Metres over which people grow who come into the ground that is seen."""
-PUFFS = 60
-
-
-@lru_cache(maxsize=1)
-def boulder_mesh() -> Mesh:
-    """A chipped rock of radius 1."""
-    rng = np.random.default_rng(4)
-    ball = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
-    cuts = rng.normal(size=(24, 3))
-    cuts /= np.linalg.norm(cuts, axis=1, keepdims=True)
-    depth = rng.uniform(0.8, 0.97, 24)
-    points = np.asarray(ball.vertices, dtype=np.float64)
-    radius = np.minimum((depth / np.maximum(points @ cuts.T, 1e-9)).min(axis=1), 1.0)
-    faces = np.asarray(ball.faces, dtype=np.int64)
-    return Mesh(points * radius[:, None], faces, (112, 100, 92), flat=True)
-
-
-def puff() -> Mesh:
-    """A clod of dust of radius 1."""
-    ball = trimesh.creation.icosphere(subdivisions=1, radius=1.0)
-    return Mesh(np.asarray(ball.vertices), np.asarray(ball.faces), (190, 176, 152), flat=True)
-
-
-def boulder_bodies(boulder: Array) -> list[Body]:
-    """The boulder on its way down or at rest, and the dust of its impact."""
-    x, y, since = boulder
-    if since < 0.0:
-        return []
-    left = max(1.0 - (since / FALL_S) ** 2, 0.0)
-    spin = 1.7 * min(since, FALL_S)
-    turn = np.array([(np.cos(spin), 0.6 * np.sin(spin), 0.8 * np.sin(spin), 0.0)])
-    at = np.array([(x, y, 0.75 * BOULDER + HEIGHT * left)])
-    bodies = [Body("boulder", "boulder", at, turn, np.full(1, BOULDER))]
-    age = since - FALL_S
-    if 0.0 <= age < 4.0:
-        rng = np.random.default_rng(11)
-        bearing, pace = rng.uniform(-np.pi, np.pi, PUFFS), rng.uniform(0.4, 1.0, PUFFS)
-        out = BOULDER * 0.7 + 4.5 * pace * (1.0 - np.exp(-1.6 * age))
-        high = 0.1 + rng.uniform(0.2, 1.5, PUFFS) * (1.0 - np.exp(-1.2 * age))
-        size = 0.55 * rng.uniform(0.5, 1.0, PUFFS) * np.minimum(4.0 * age + 0.2, 1.0)
-        size = size * np.clip(1.0 - age / 4.0, 0.0, 1.0)
-        places = np.stack([x + out * np.cos(bearing), y + out * np.sin(bearing), high], axis=1)
-        turns = np.tile((1.0, 0.0, 0.0, 0.0), (PUFFS, 1))
-        bodies.append(Body("dust", "dust", places, turns, size))
-    return bodies
 
 
 SCENE: type[Scene] = Crowd

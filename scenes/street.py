@@ -41,12 +41,10 @@ from evastudio.motion.figures import figures
 from evastudio.motion.moment import Moment
 from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
-from evastudio.world.beacon import beacon_meshes, post_body, ring_body
-from evastudio.world.bodies import Body, Camera, Look, Mesh
+from evastudio.world.beacon import post_body
+from evastudio.world.bodies import Body, Mesh
 from evastudio.world.cast import of_lead
-from evastudio.world.paving import paving_bodies, paving_meshes
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene
-from evastudio.world.skyline import skyline_body, skyline_mesh
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Space
 
@@ -64,10 +62,6 @@ ERRANDS = 4
 """Goals of everybody in a world that was not recorded."""
 APART = 0.9
 """Metres at least between people when such a world begins."""
-OVERVIEW = (-9.0, -9.0, 7.0)
-"""Metres from the lead to the camera that looks over everybody."""
-BEYOND = (2.5, 2.5, 0.0)
-"""Metres from the lead to where that camera looks."""
 
 
 class Street(Peopled):
@@ -102,17 +96,6 @@ class Street(Peopled):
             Field("ahead", "m/s", -MOST, MOST),
             Field("left", "m/s", -MOST, MOST),
         )
-    )
-    look = Look(
-        background=(226, 224, 214),
-        fog_near=22.0,
-        fog_far=120.0,
-        sun_direction=(-0.45, -0.6, 0.66),
-        sun=2.7,
-        sky=1.7,
-        sky_color=(196, 212, 255),
-        ground_color=(150, 132, 116),
-        zenith=(92, 148, 206),
     )
 
     def __init__(self, **values: float) -> None:
@@ -283,10 +266,7 @@ class Street(Peopled):
         faces = np.array([three for a, b, c, d in squares for three in ((a, b, c), (a, c, d))])
         kerb = Mesh(points, faces, (150, 144, 134), flat=True)
         return {
-            **self.figures.meshes(),
-            **paving_meshes(),
-            **beacon_meshes(),
-            "skyline": skyline_mesh(),
+            **super().meshes(),
             "kerb": kerb,
         }
 
@@ -306,31 +286,11 @@ class Street(Peopled):
         )
         lead = world["position"][0, int(world["lead"][0])]
         return [
-            *paving_bodies(lead),
-            skyline_body(lead),
-            ring_body(lead),
+            *self.square(lead),
             post_body(of_lead(world, goal_of(world))[0]),
             *kerbs(world),
             *self.figures.bodies(people),
         ]
-
-    def cameras(self, snapshot: Snapshot) -> Mapping[str, Camera]:
-        lead = int(snapshot["lead"][0])
-        here = np.array([*snapshot["position"][0, lead], 0.0])
-        above = Camera(here + OVERVIEW, here + BEYOND, up=np.array([0.0, 0.0, 1.0]))
-        return {"chase": self.camera(snapshot), "overview": above}
-
-    def camera(self, snapshot: Snapshot) -> Camera:
-        world = snapshot.take(slice(0, 1))
-        lead = int(world["lead"][0])
-        heading = float(world["heading"][0, lead])
-        forward = np.array([np.cos(heading), np.sin(heading), 0.0])
-        here = np.array([*world["position"][0, lead], 0.0])
-        return Camera(
-            position=here - forward * 5.8 + (0.0, 0.0, 3.4),
-            look_at=here + forward * 1.7 + (0.0, 0.0, 0.9),
-            up=np.array([0.0, 0.0, 1.0]),
-        )
 
 
 # -- perceptions -------------------------------------------------------------------------------
