@@ -15,6 +15,8 @@ Interval = tuple[float, float]
 Z_95 = 1.959963984540054
 """The standard normal quantile for a two-sided 95 % interval."""
 RESAMPLES = 2000
+AT_ONCE = 500_000
+"""Figures drawn in one go."""
 LUCK = 20260
 """The bootstrap's seed: the same figures give the same interval."""
 
@@ -48,8 +50,13 @@ def mean_interval(figures: Array) -> Interval:
     if len(figures) == 0:
         raise InvalidInputError("There are no figures to average; at least one world is needed.")
     rng = np.random.default_rng(LUCK)
-    means = [
-        figures[rng.integers(len(figures), size=len(figures))].mean() for _ in range(RESAMPLES)
-    ]
+    count = len(figures)
+    rows = max(1, AT_ONCE // count)
+    means = np.concatenate(
+        [
+            figures[rng.integers(count, size=(min(rows, RESAMPLES - first), count))].mean(axis=1)
+            for first in range(0, RESAMPLES, rows)
+        ]
+    )
     low, high = np.quantile(means, (0.025, 0.975))
     return float(low), float(high)
