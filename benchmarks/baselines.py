@@ -181,7 +181,7 @@ def main() -> None:
     plans = [
         planned(scene, *sizes)
         for sizes in (
-            [(2, 300)] if options.quick else [(10, 100), (10, 300), (10, 2000), (2, 20_000)]
+            [(2, 300)] if options.quick else [(10, 100), (10, 300), (10, 2000), (3, 50_000)]
         )
     ]
     results: dict[float, Mapping[str, Evaluation]] = {}
