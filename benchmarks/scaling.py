@@ -33,6 +33,8 @@ from evastudio.world.loading import load_scene_file
 from evastudio.world.rollout import Pilot
 from evastudio.world.scene import Scene, world_seeds
 
+ONE_CORE = {"NUMBA_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+"""A worker for each core, and none that takes two."""
 EMPTY = 200
 MEGABYTES = 16
 ROUNDS = 3
@@ -74,7 +76,7 @@ def measure(scene: Scene, pilot: Pilot, worlds: int) -> Costs:
         cluster = LocalCluster(Path(place))
         with contextlib.closing(cluster):
             for workers in walls:
-                cluster.work(1)
+                cluster.work(1, **ONE_CORE)
                 with on_cluster(cluster.address) as everywhere:
                     evaluate(scene, {"": pilot}, worlds=4 * CHUNK, n_jobs=everywhere, seed=1)
                     for _ in range(ROUNDS):
@@ -122,7 +124,8 @@ def report(costs: Costs, worlds: int, opening: str) -> str:
         "",
         "`evastudio evaluate ... --cluster tcp://HOST:PORT` (and `tune`) runs joblib's tasks on a "
         "Dask cluster: `dask scheduler` on one machine, `dask worker tcp://HOST:PORT --nthreads 1` "
-        "as often as there are cores on each, the same versions of Python and packages "
+        "as often as there are cores on each, with `NUMBA_NUM_THREADS=1 OMP_NUM_THREADS=1 "
+        "OPENBLAS_NUM_THREADS=1` so that none takes more than one, the same versions of Python and packages "
         "everywhere. Scenes travel as the text of their file, policies as arrays; no worker needs "
         "a file. Results do not depend on how many workers there are, nor on workers that die: "
         "their tasks are done again (tests kill one in the middle). The scheduler has no "
