@@ -4,36 +4,33 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator, RegressorMixin
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.checking import (
     checked_actions,
-    checked_indices,
     checked_pairs,
     checked_states,
     positive,
 )
-from evastudio.learning.learner import SMALLEST, Indices, Layout, Reasons, Stored, agreement
+from evastudio.learning.global_regressor import GlobalRegressor
+from evastudio.learning.learner import SMALLEST, Indices, Layout, Stored
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.scaling import Scaling
-from evastudio.world.spaces import Array, Box, Space, Symbols
+from evastudio.world.spaces import Array, Space
 
-NEIGHBORS = 5
-"""How many demonstrations an explanation names."""
 MOST = 512
 """More hidden units are no small network."""
 BLOCK = 250_000
 """Hidden units worked out at a time, to bound memory."""
 
 
-class MLPPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
+class MLPPolicy(GlobalRegressor):
     """One hidden layer of tanh units on standardised states, and a linear one out of it.
 
     Fitted by scikit-learn's `MLPRegressor` with L-BFGS on all pairs at once, actions divided by
@@ -63,9 +60,6 @@ class MLPPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     Raises InvalidInputError for no pairs, NaN, wrong shapes, and settings that mean nothing.
     """
 
-    acts_in: ClassVar[type[Box] | type[Symbols]] = Box
-    draws: ClassVar[bool] = False
-
     def __init__(
         self, hidden: int = 32, alpha: float = 1.0, iterations: int = 300, seed: int = 0
     ) -> None:
@@ -73,11 +67,6 @@ class MLPPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.alpha = alpha
         self.iterations = iterations
         self.seed = seed
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
 
     def fit(self, states: Any, actions: Any = None) -> Self:
         """Fit to states (pairs, n) and actions (pairs, m) or (pairs,)."""
@@ -137,9 +126,7 @@ class MLPPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         Raises InvalidInputError for indices that are none, and where no pair would be left.
         """
         self._need_pairs()
-        gone = checked_indices(pairs, len(self.states_))
-        if len(gone) == len(self.states_):
-            raise InvalidInputError(f"Removing all {len(gone)} pairs leaves none to learn from.")
+        gone = self._forgotten(pairs)
         return self._settle(
             np.delete(self.states_, gone, axis=0), np.delete(self.actions_, gone, axis=0)
         )
@@ -158,12 +145,6 @@ class MLPPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self._columns = np.ascontiguousarray(self.outer_.T)
         self._index: NeighborIndex | None = None
         return self
-
-    def predict(self, states: Any) -> Array:
-        """Actions (queries, m) for states (queries, n), or (queries,) where fitted so."""
-        check_is_fitted(self)
-        actions = self.decide(checked_states(self, states))
-        return actions[:, 0] if self.flat_ else actions
 
     def decide(self, states: Array) -> Array:
         """Like `predict`, for states known to be good; the answer to one is that in any batch."""
@@ -186,23 +167,13 @@ class MLPPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         """Which of the pairs it was fitted to it still has: all of them, or it never had any."""
         return np.arange(len(self.states_) if hasattr(self, "states_") else 0)
 
-    def explain(self, states: Any) -> Reasons:
-        """The nearest demonstrations, and whether they agree; all weigh the same.
+    def _shown(self) -> Array:
+        """What was shown, or of a network that was searched for, nothing."""
+        return getattr(self, "states_", np.empty((0, len(self.offset_))))
 
-        A network cannot say what it decided from: these tell what was shown here. Of one that has
-        no pairs nothing is told.
-        """
-        check_is_fitted(self)
-        asked = self._scaling.apply(checked_states(self, states))
-        if not hasattr(self, "states_"):
-            nothing = np.empty((len(asked), 0))
-            return Reasons(nothing.astype(np.int64), nothing, nothing, None)
-        if self._index is None:
-            self._index = NeighborIndex(self.states_)
-        distances, nearest = self._index.nearest(asked, min(NEIGHBORS, len(self._index)))
-        weights = np.full(distances.shape, 1.0 / distances.shape[1])
-        agreed = agreement(self.actions_[nearest], weights, self.actions_)
-        return Reasons(nearest, distances, weights, agreed)
+    def _weights(self, distances: Array) -> Array:
+        """All the same: a network cannot say what it decided from, only what was shown here."""
+        return np.full(distances.shape, 1.0 / distances.shape[1])
 
     def check_settings(self) -> None:
         """Raise InvalidInputError for settings that mean nothing."""

@@ -3,38 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator, RegressorMixin, clone
+from sklearn.base import clone
 from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.bumps import Bumps
 from evastudio.learning.checking import (
     checked_actions,
-    checked_indices,
     checked_pairs,
     checked_states,
     positive,
 )
 from evastudio.learning.compact import compact_form
 from evastudio.learning.dual import solve_dual
-from evastudio.learning.learner import SMALLEST, Indices, Layout, Reasons, Stored, agreement
+from evastudio.learning.global_regressor import GlobalRegressor
+from evastudio.learning.learner import SMALLEST, Indices, Layout, Stored
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.scaling import Scaling
-from evastudio.world.spaces import Array, Box, Space, Symbols
+from evastudio.world.spaces import Array, Space
 
 MOST_BASES = 2048
 """More bases are no compact form, and choosing them would take gigabytes."""
-NEIGHBORS = 5
-"""How many demonstrations an explanation names."""
 PAIRS = ("states", "actions", "duals", "middle", "half")
 """What a compact form goes without."""
 
 
-class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
+class SVRPolicy(GlobalRegressor):
     """Smooth, compact policy: a sum of Gaussian bumps on standardised states.
 
     Each component of the action is divided by its observed half range and fitted on its own; the
@@ -71,9 +69,6 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     Raises InvalidInputError for no pairs, NaN, wrong shapes, and settings not above zero.
     """
 
-    acts_in: ClassVar[type[Box] | type[Symbols]] = Box
-    draws: ClassVar[bool] = False
-
     def __init__(
         self,
         C: float = 30.0,  # noqa: N803 - the literature's name
@@ -87,11 +82,6 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self.gamma = gamma
         self.cache_mb = cache_mb
         self.bases = bases
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
 
     def fit(
         self, states: Any, actions: Any = None, *, progress: Callable[[float], None] | None = None
@@ -142,9 +132,7 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         Raises InvalidInputError for indices that are none, and where no pair would be left.
         """
         self._need_pairs()
-        gone = checked_indices(pairs, len(self.states_))
-        if len(gone) == len(self.states_):
-            raise InvalidInputError(f"Removing all {len(gone)} pairs leaves none to learn from.")
+        gone = self._forgotten(pairs)
         states, actions, start = (
             np.delete(array, gone, axis=0) for array in (self.states_, self.actions_, self.duals_)
         )
@@ -221,12 +209,6 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
         self._index: NeighborIndex | None = None
         return self
 
-    def predict(self, states: Any) -> Array:
-        """Actions (queries, m) for states (queries, n), or (queries,) where fitted so."""
-        check_is_fitted(self)
-        actions = self.decide(checked_states(self, states))
-        return actions[:, 0] if self.flat_ else actions
-
     def decide(self, states: Array) -> Array:
         """Like `predict`, for states known to be good; the answer to one is that in any batch."""
         return self._bumps.answer(states)
@@ -279,28 +261,18 @@ class SVRPolicy(RegressorMixin, BaseEstimator):  # type: ignore[misc]
     def check_fitted(self) -> None:
         """Fitted arrays of the right shapes fit together."""
 
-    def explain(self, states: Any) -> Reasons:
-        """The nearest demonstrations, their kernel values, and whether they agree.
+    def _shown(self) -> Array:
+        """The pairs fitted to, or of a compact form, which keeps none, its bases.
 
-        An SVR decides from all its bases at once, the nearer the more; the five nearest of the
-        pairs fitted tell what was shown here. One of compact form has kept no pairs: its bases
-        stand where pairs were, spread over the states, so the nearest pair may be nearer than the
-        nearest base, and what was demonstrated there is not known.
+        These stand where pairs were, spread over the states, so the nearest pair may be nearer
+        than the nearest base, and what was demonstrated there is not known.
         """
-        check_is_fitted(self)
-        asked = self._scaling.apply(checked_states(self, states))
-        whole = hasattr(self, "duals_")
-        if self._index is None:
-            self._index = NeighborIndex(self.states_ if whole else self.support_vectors_)
-        count = min(NEIGHBORS, len(self._index))
-        if count == 0:
-            nothing = np.empty((len(asked), 0))
-            return Reasons(nothing.astype(np.int64), nothing, nothing, None)
-        distances, nearest = self._index.nearest(asked, count)
+        return self.states_ if hasattr(self, "duals_") else self.support_vectors_
+
+    def _weights(self, distances: Array) -> Array:
+        """Kernel values: an SVR decides from all its bases at once, the nearer the more."""
         kernel = np.exp(-float(self.gamma) * (distances**2 - distances[:, :1] ** 2))
-        weights = kernel / kernel.sum(axis=1, keepdims=True)
-        agreed = agreement(self.actions_[nearest], weights, self.actions_) if whole else None
-        return Reasons(nearest, distances, weights, agreed)
+        return np.asarray(kernel / kernel.sum(axis=1, keepdims=True))
 
 
 def _bases(vector: type[np.generic], weight: type[np.generic]) -> dict[str, Stored]:

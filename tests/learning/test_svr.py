@@ -9,7 +9,8 @@ import pytest
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.dual import TOLERANCE, dual_slopes, dual_violation
-from evastudio.learning.svr import MOST_BASES, NEIGHBORS, SVRPolicy
+from evastudio.learning.global_regressor import NEIGHBORS
+from evastudio.learning.svr import MOST_BASES, SVRPolicy
 from evastudio.world.spaces import Array
 
 
