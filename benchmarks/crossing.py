@@ -24,11 +24,11 @@ from typing import Any
 
 import joblib
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.report import commit, where_and_when, write_section
-from evastudio.demonstrations.pairs import Pairs, join_pairs
+from evastudio.demonstrations.pairs import Pairs, join_pairs, perceive_take
 from evastudio.evaluation.evaluate import evaluate
+from evastudio.evaluation.flight import Logbook
 from evastudio.evaluation.interval import wilson_interval
 from evastudio.evaluation.results import Evaluation
 from evastudio.learning.cleaning import clean_pairs
@@ -41,8 +41,6 @@ from evastudio.pilots.scripted import find_pilot
 from evastudio.world.loading import load_scene_file
 from evastudio.world.rollout import Pilot, roll_out
 from evastudio.world.scene import Scene, world_seeds
-from evastudio.world.snapshot import Snapshot
-from evastudio.world.spaces import Array
 
 ROOT = Path(__file__).resolve().parent.parent
 DENSITIES = (0.5, 1.0, 2.0, 4.0)
@@ -68,31 +66,17 @@ def demonstrate(scene: Scene, pilot: Pilot, seed: int, minutes: float) -> Mappin
     """The pairs of `minutes` flown by `pilot`, under each perception of `scene`."""
     wanted = round(minutes * 60.0 / scene.dt_s)
     seeds = world_seeds(seed, max(2, round(minutes * 2.5)))
-    seen: dict[str, list[list[Array]]] = {name: [[] for _ in seeds] for name in PERCEPTIONS}
-    done: dict[str, list[list[Array]]] = {name: [[] for _ in seeds] for name in PERCEPTIONS}
-
-    def watch(alive: NDArray[np.int64], snapshot: Snapshot, actions: Array) -> None:
-        for name in PERCEPTIONS:
-            view = scene.perceptions[name]
-            percept = view.perceive(snapshot)
-            own = view.to_own(percept.frame, actions)
-            for row, world in enumerate(alive):
-                seen[name][world].append(percept.states[row])
-                done[name][world].append(own[row])
-
-    roll_out(scene, pilot, seeds, watcher=watch)
+    log = Logbook(scene)
+    roll_out(scene, pilot, seeds, watcher=log)
     pairs = {}
     for name in PERCEPTIONS:
-        takes = [
-            Pairs(
-                np.array(seen[name][take]),
-                np.array(done[name][take]),
-                np.full(len(seen[name][take]), take),
-                np.arange(len(seen[name][take])),
-            )
-            for take in range(len(seeds))
-        ]
-        whole = join_pairs(takes)
+        view = scene.perceptions[name]
+        whole = join_pairs(
+            [
+                perceive_take(view, flight.moments, flight.actions, take)
+                for take, flight in enumerate(log.flights())
+            ]
+        )
         if len(whole) < wanted:
             raise SystemExit(f"{len(seeds)} takes gave {len(whole)} pairs, {wanted} were wanted.")
         pairs[name] = whole.keep(np.arange(len(whole)) < wanted)

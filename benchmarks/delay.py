@@ -26,6 +26,7 @@ from benchmarks.crossing import FIELDS, MINUTES, middle, scene_at
 from benchmarks.report import ROOT, commit, processor
 from evastudio.demonstrations.pairs import Pairs, SeenTake, join_pairs, see_take
 from evastudio.evaluation.evaluate import evaluate
+from evastudio.evaluation.flight import Logbook
 from evastudio.learning.delay import Delay, estimate_delay
 from evastudio.learning.fitting import fit_policy
 from evastudio.pilots.chance import normals
@@ -33,7 +34,7 @@ from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
 from evastudio.world.rollout import Memory, Pilot, roll_out
 from evastudio.world.scene import Scene, world_seeds
-from evastudio.world.snapshot import Snapshot, stack
+from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
 DENSITY = 4.0
@@ -106,28 +107,11 @@ def demonstrate(scene: Scene, pilot: Pilot, seed: int, minutes: float) -> Flown:
     ends = []
     while left > 0:
         world = world_seeds(seed, len(takes) + 1)[-1]
-        moments: list[Snapshot] = []
-        done: list[Array] = []
-
-        def watch(
-            _: NDArray[np.int64],
-            snapshot: Snapshot,
-            actions: Array,
-            moments: list[Snapshot] = moments,
-            done: list[Array] = done,
-        ) -> None:
-            moments.append(Snapshot({}, snapshot.moving))
-            done.append(actions[0])
-
-        start = scene.worlds([world])
-        result = roll_out(scene, pilot, [world], max_steps=left, watcher=watch)
-        moving = stack(moments).moving
-        fixed = {
-            name: np.broadcast_to(array, (len(done), *array.shape[1:]))
-            for name, array in start.fixed.items()
-        }
-        takes.append(see_take(view, Snapshot(fixed, moving), np.array(done), len(takes)))
-        left -= len(done)
+        log = Logbook(scene)
+        result = roll_out(scene, pilot, [world], max_steps=left, watcher=log)
+        (flight,) = log.flights()
+        takes.append(see_take(view, flight.moments, flight.actions, len(takes)))
+        left -= len(flight.actions)
         if left > 0:
             ends.append(scene.outcomes[int(result.outcomes[0])] in scene.successes)
     return Flown(tuple(takes), float(np.mean(ends)))

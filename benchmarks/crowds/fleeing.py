@@ -9,17 +9,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.crowds.walking import CROWD, SCENE
 from evastudio.demonstrations.pairs import Pairs, join_pairs, perceive_take
+from evastudio.evaluation.flight import Logbook
 from evastudio.learning.fitting import fit_policy
 from evastudio.pilots.lead import LeadPilot
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
 from evastudio.world.rollout import Pilot, roll_out
-from evastudio.world.snapshot import Snapshot, stack
-from evastudio.world.spaces import Array
 
 PAIRS = 200
 NEAR = 20.0
@@ -58,23 +56,12 @@ def shown(seed: int) -> Pairs:
     """The first `PAIRS` pairs of the scripted lead who runs, among people who stand still."""
     scene, parts, take = CROWD(), [], 0
     while sum(map(len, parts)) < PAIRS:
-        seen: list[Snapshot] = []
-        done: list[Array] = []
-
-        def watch(
-            _: NDArray[np.int64],
-            snapshot: Snapshot,
-            actions: Array,
-            seen: list[Snapshot] = seen,
-            done: list[Array] = done,
-        ) -> None:
-            seen.append(snapshot)
-            done.append(actions[0])
-
+        log = Logbook(scene)
         pilot = LeadPilot(find_pilot("scripted:startled"))
-        roll_out(scene, pilot, [seed * 1000 + take], watcher=watch)
+        roll_out(scene, pilot, [seed * 1000 + take], watcher=log)
+        (flight,) = log.flights()
         view = scene.perceptions["boulder"]
-        parts.append(perceive_take(view, stack(seen), np.array(done), take))
+        parts.append(perceive_take(view, flight.moments, flight.actions, take))
         take += 1
     pairs = join_pairs(parts)
     return pairs.keep(np.arange(len(pairs)) < PAIRS)

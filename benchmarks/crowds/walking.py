@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks.report import ROOT
 from evastudio.demonstrations.pairs import Pairs, join_pairs, perceive_take
+from evastudio.evaluation.flight import Logbook
 from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.svr import SVRPolicy
 from evastudio.pilots.guard import GuardedPilot
@@ -24,7 +25,7 @@ from evastudio.world.loading import load_scene_file
 from evastudio.world.mingling import cells_a_minute, longest_still_s, longest_stuck_s
 from evastudio.world.rollout import Memory, Pilot, roll_out
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import Snapshot, stack
+from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
 CROWD: Any = load_scene_file(ROOT / "scenes" / "crowd.py")
@@ -163,23 +164,12 @@ def demonstrated(pilot: Pilot, seed: int, minutes: float, still: bool) -> dict[s
     scene = CROWD(length=60.0)
     pairs: dict[str, list[Pairs]] = {}
     for take in range(round(minutes)):
-        seen: list[Snapshot] = []
-        done: list[Array] = []
-
-        def watch(
-            _: NDArray[np.int64],
-            snapshot: Snapshot,
-            actions: Array,
-            seen: list[Snapshot] = seen,
-            done: list[Array] = done,
-        ) -> None:
-            seen.append(snapshot)
-            done.append(actions[0])
-
+        log = Logbook(scene)
         lead = LeadPilot(pilot, None if still else pilot)
-        roll_out(scene, lead, [seed * 1000 + take], watcher=watch)
+        roll_out(scene, lead, [seed * 1000 + take], watcher=log)
+        (flight,) = log.flights()
         for name in ("paper", "own", "ahead", "paths"):
             view = scene.perceptions[name]
-            found = perceive_take(view, stack(seen), np.array(done), take)
+            found = perceive_take(view, flight.moments, flight.actions, take)
             pairs.setdefault(name, []).append(found)
     return {name: join_pairs(parts) for name, parts in pairs.items()}
