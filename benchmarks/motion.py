@@ -82,16 +82,16 @@ class Parade(Scene):
     look = Look((150, 170, 190), 50.0, 200.0, (0.3, 0.2, 1.0))
 
     def reset(self, rng: np.random.Generator, worlds: int) -> Snapshot:
-        raise NotImplementedError
+        return Snapshot({"count": np.full(worlds, 10)}, {"time": np.zeros(worlds)})
 
     def step(self, snapshot: Snapshot, actions: Array) -> Snapshot:
-        raise NotImplementedError
+        return snapshot.after(time=snapshot["time"] + self.dt_s)
 
     def outcome(self, snapshot: Snapshot) -> NDArray[np.int64]:
-        raise NotImplementedError
+        return np.zeros(snapshot.worlds, dtype=np.int64)
 
     def progress(self, snapshot: Snapshot) -> Array:
-        raise NotImplementedError
+        return np.zeros(snapshot.worlds)
 
     def meshes(self) -> Mapping[str, Mesh]:
         return FIGURES.meshes()

@@ -15,6 +15,7 @@ from evastudio.cli.options import (
     DensityOption,
     JsonFlag,
     OptionsOption,
+    PolicyFileOption,
     StoreOption,
     WorkspaceOption,
     delay_of,
@@ -22,8 +23,7 @@ from evastudio.cli.options import (
     options_of,
     settings_of,
 )
-from evastudio.cli.showing import bar, show
-from evastudio.errors import InvalidInputError
+from evastudio.cli.showing import bar, show, show_reported
 from evastudio.workspace import Workspace
 
 
@@ -142,7 +142,7 @@ def fit(
         list[str] | None, typer.Option("--set", help="A setting of the learner, as name=value.")
     ] = None,
     delay: DelayOption = "auto",
-    out: Annotated[Path | None, typer.Option(help="File to write, .safetensors.")] = None,
+    out: PolicyFileOption = None,
     name: Annotated[str | None, typer.Option(help="Name in the workspace's policies.")] = None,
     workspace: WorkspaceOption = HERE,
     store: StoreOption = None,
@@ -151,8 +151,6 @@ def fit(
     """Fit a policy to the kept and cleaned pairs of a session."""
     from evastudio.live import headless
 
-    if out is not None and out.suffix != ".safetensors":
-        raise InvalidInputError(f"The file is {str(out)!r}; a policy file ends in .safetensors.")
     with bar(json_output) as progress:
         result = headless.fit(
             Workspace(workspace, store),
@@ -165,10 +163,7 @@ def fit(
             name=name,
             progress=progress,
         )
-    report = [] if json_output else result.pop("report")
-    show(result, json_output)
-    if report:
-        print("\n" + "\n".join(report))
+    show_reported(result, json_output)
 
 
 @app.command()
@@ -202,10 +197,7 @@ def switch(
             out=out,
             progress=progress,
         )
-    report = [] if json_output else result.pop("report")
-    show(result, json_output)
-    if report:
-        print("\n" + "\n".join(report))
+    show_reported(result, json_output)
 
 
 @app.command()
@@ -224,7 +216,7 @@ def search(
     perception: Annotated[str | None, typer.Option(help="Name of a perception.")] = None,
     density: DensityOption = None,
     option: OptionsOption = None,
-    out: Annotated[Path | None, typer.Option(help="File to write, .safetensors.")] = None,
+    out: PolicyFileOption = None,
     name: Annotated[str | None, typer.Option(help="Name in the workspace's policies.")] = None,
     workspace: WorkspaceOption = HERE,
     json_output: JsonFlag = False,
@@ -233,8 +225,6 @@ def search(
     from evastudio.live.searching import search as find
     from evastudio.pilots.pegasus import Pegasus
 
-    if out is not None and out.suffix != ".safetensors":
-        raise InvalidInputError(f"The file is {str(out)!r}; a policy file ends in .safetensors.")
     settings = Pegasus(
         optimiser=optimiser,
         hidden=hidden,

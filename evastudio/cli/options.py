@@ -29,6 +29,18 @@ DelayOption = Annotated[
 ClusterOption = Annotated[
     str | None, typer.Option(help="Run on the Dask cluster at this address, tcp://HOST:PORT.")
 ]
+
+
+def _policy_file(out: Path | None) -> Path | None:
+    if out is not None and out.suffix != ".safetensors":
+        raise InvalidInputError(f"The file is {str(out)!r}; a policy file ends in .safetensors.")
+    return out
+
+
+PolicyFileOption = Annotated[
+    Path | None,
+    typer.Option("--out", help="File to write, .safetensors.", callback=_policy_file),
+]
 JobsOption = Annotated[int, typer.Option(help="Processes at once.", min=1)]
 HERE = Path()
 

@@ -48,6 +48,13 @@ def show(result: Any, as_json: bool, columns: tuple[str, ...] = ()) -> None:
     Console(soft_wrap=True, markup=False).print(table)
 
 
+def show_reported(result: dict[str, Any], as_json: bool) -> None:
+    """`show`, and below it the sentences of its report."""
+    show({key: value for key, value in result.items() if as_json or key != "report"}, as_json)
+    if result["report"] and not as_json:
+        print("\n" + "\n".join(result["report"]))
+
+
 def _text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"

@@ -134,17 +134,25 @@ def record(
             left -= int(result.steps[0])
             progress(1.0 - left / total, f"{takes} takes")
         recorder.close(clock())
-        if recorder.problem is not None:
-            raise StorageError(recorder.problem)
-        made = store.session(number)
+        return {**written(recorder, store), "outcomes": dict(outcomes)}
+
+
+def written(recorder: Recorder, store: Store) -> dict[str, Any]:
+    """What came of the session that a closed `recorder` wrote to.
+
+    Raises StorageError where something is missing.
+    """
+    if recorder.problem is not None:
+        raise StorageError(recorder.problem)
+    made = store.session(recorder.session)
     return {
         "session": made.id,
         "name": made.name,
         "scene": made.scene,
+        "demonstrator": made.demonstrator,
         "takes": made.takes_kept,
         "pairs": made.pairs,
         "seconds": made.seconds,
-        "outcomes": dict(outcomes),
     }
 
 

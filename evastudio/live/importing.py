@@ -22,9 +22,9 @@ from evastudio.demonstrations.retracing import (
 )
 from evastudio.demonstrations.store import Store
 from evastudio.demonstrations.walks import Walks, read_walks
-from evastudio.errors import InvalidInputError, StorageError
+from evastudio.errors import InvalidInputError
 from evastudio.learning.cleaning import Progress, silent
-from evastudio.live.headless import command_line
+from evastudio.live.headless import command_line, written
 from evastudio.workspace import Workspace
 from evastudio.world.loading import find_scene
 from evastudio.world.scene import Scene
@@ -82,18 +82,7 @@ def import_walks(
                 done += 1
                 progress(done / total, f"{done} of {total} people")
         recorder.close(clock())
-        if recorder.problem is not None:
-            raise StorageError(recorder.problem)
-        made = store.session(number)
-    return {
-        "session": made.id,
-        "name": made.name,
-        "scene": made.scene,
-        "demonstrator": made.demonstrator,
-        "takes": made.takes_kept,
-        "pairs": made.pairs,
-        "seconds": made.seconds,
-    }
+        return written(recorder, store)
 
 
 def _leads(walks: Walks, dt_s: float, people: int) -> tuple[Stepped, NDArray[np.int64]]:
