@@ -48,14 +48,10 @@ from evastudio.world.cast import of_lead
 from evastudio.world.grid import (
     AHEAD,
     EIGHTH,
-    IN_A_ROW,
     clearances,
     eighths,
     looked_up,
-    nearest,
     occupied,
-    turned_back,
-    window,
     wrapped,
 )
 from evastudio.world.mingling import (
@@ -76,10 +72,22 @@ from evastudio.world.scene import (
     Signal,
 )
 from evastudio.world.snapshot import AnyArray, Snapshot
-from evastudio.world.spaces import Array, Box, Field, Symbols
+from evastudio.world.spaces import Array, Box, Field
+from evastudio.world.strolling import (
+    CELL,
+    LEFT,
+    MOVES,
+    RIGHT,
+    STAND,
+    WALK,
+    Ahead,
+    Own,
+    PaperState,
+    Paths,
+    cells_of,
+    symbols,
+)
 
-CELL = 0.7
-"""Metres from cell to cell."""
 RUN = 4.5
 """Metres a second of somebody who flees."""
 HASTE = 6.0
@@ -92,24 +100,13 @@ AFTER_S = 12.0
 """A world ends this long after the impact."""
 NOWHERE = 1e6
 """Metres to a boulder that has not been let go."""
-SIGHT = 8
-"""Cells beyond this are not perceived."""
 REMEMBERED = 20.0
 """Steps over which it is remembered how much somebody walked."""
+EMERGE = 1.2
+"""Metres over which people grow who come into the ground that is seen."""
 MANNERED = (0.5, 0.7)
 """Shares of steps walked at which a walk is a shy one, and a hurried one."""
-NEAREST = 3
-PATHS = {"ahead": 0, "half_left": 1, "half_right": -1, "left": 2, "right": -2}
-"""Eighths from the way one faces."""
 WHIMS = 64
-
-STAND, LEFT, RIGHT, WALK = range(4)
-SYMBOLS = Symbols(
-    ("stand", "turn left", "turn right", "walk on"),
-    moves=((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0)),
-)
-MOVES = np.array(SYMBOLS.moves)
-"""Turn and walk of each symbol."""
 
 
 class Crowd(Peopled):
@@ -573,107 +570,6 @@ class Crowd(Peopled):
 # -- perceptions -------------------------------------------------------------------------------
 
 
-class Grid(Perception):
-    """What perceptions of the square have in common: symbols, and the nearest people."""
-
-    action = SYMBOLS
-
-    def __init__(self, scene: Crowd) -> None:
-        self.side = scene.side
-
-    def applies(self, snapshot: Snapshot) -> NDArray[np.bool_]:
-        return np.asarray(snapshot["boulder"][:, 2] < FALL_S)
-
-    def to_own(self, frame: AnyArray, actions: Array) -> Array:
-        return symbols(actions)[..., None].astype(np.float64)
-
-    def to_world(self, frame: AnyArray, actions: Array) -> Array:
-        given = np.zeros((*actions.shape[:-1], 6))
-        given[..., :2] = MOVES[actions[..., 0].astype(np.int64)]
-        return given
-
-
-def separations(name: str, unit: str, reach: float) -> tuple[Field, ...]:
-    """The fields of the vectors to the nearest people."""
-    return tuple(
-        Field(f"{name}_{axis}{number}", unit, -reach, reach)
-        for number in range(1, NEAREST + 1)
-        for axis in ("x", "y")
-    )
-
-
-class PaperState(Grid):
-    """Exactly the paper's: orientation, and the separations from the three closest people."""
-
-    name = "paper"
-    summary = "The paper's own: which way one faces, and the three nearest people on any side."
-    state = Box(
-        (
-            Field("east", "1", -1.0, 1.0),
-            Field("north", "1", -1.0, 1.0),
-            *separations("apart", "cells", float(SIGHT + 1)),
-        )
-    )
-
-    def perceive(self, snapshot: Snapshot) -> Percept:
-        way = eighths(snapshot["heading"])
-        found = nearest(cells_of(snapshot), way, self.side, AROUND, NEAREST)
-        facing = way * EIGHTH
-        apart = np.where(found[..., None] < 0, SIGHT + 1.0, AROUND[way[..., None], found])
-        states = np.concatenate(
-            [
-                np.cos(facing)[..., None],
-                np.sin(facing)[..., None],
-                apart.reshape(*facing.shape, -1),
-            ],
-            axis=2,
-        )
-        return Percept(states, np.zeros((*facing.shape, 0)))
-
-
-class Own(Grid):
-    """The three closest people as one sees them, near ones larger than far ones."""
-
-    name = "own"
-    summary = "The three nearest people on any side, seen from the character."
-    state = Box(separations("near", "1", 1.0))
-    ahead_only = False
-
-    def perceive(self, snapshot: Snapshot) -> Percept:
-        seen = (AHEAD_ONLY, FELT_AHEAD) if self.ahead_only else (AROUND, FELT)
-        own = felt(snapshot, self.side, *seen, NEAREST)
-        states = own.reshape(*own.shape[:2], -1)
-        return Percept(self.state.clip(states), np.zeros((*own.shape[:2], 0)))
-
-
-class Ahead(Own):
-    """The three closest people ahead."""
-
-    name = "ahead"
-    summary = "The three nearest people ahead, seen from the character; nobody behind counts."
-    ahead_only = True
-
-
-class Paths(Grid):
-    """How far one could walk: straight on, and to each side."""
-
-    name = "paths"
-    summary = "How many cells are free ahead and to either side, and who is near."
-    state = Box(
-        (
-            *(Field(f"free_{way}", "1", 0.0, 1.0) for way in PATHS),
-            *separations("near", "1", 1.0)[:2],
-        )
-    )
-
-    def perceive(self, snapshot: Snapshot) -> Percept:
-        facing = eighths(snapshot["heading"])
-        room = clearances(cells_of(snapshot), facing, self.side, tuple(PATHS.values()))
-        closest = felt(snapshot, self.side, AROUND, FELT, 1)[:, :, 0]
-        states = np.concatenate([FREE[room], closest], axis=2)
-        return Percept(self.state.clip(states), np.zeros((*room.shape[:2], 0)))
-
-
 class Boulder(Perception):
     """Where the boulder lies, as one sees it, left and right made one.
 
@@ -718,50 +614,6 @@ def manners(snapshot: Snapshot) -> Array:
 def lying(snapshot: Snapshot) -> NDArray[np.bool_]:
     """Who has been knocked over and is not up again, (worlds, N)."""
     return np.asarray((snapshot["hit"] > 0) & (snapshot["boulder"][:, 2:] < FALL_S + DOWN_S))
-
-
-def symbols(actions: Array) -> NDArray[np.int64]:
-    """The symbol that each of `actions` (..., 6) comes to: turning goes before walking."""
-    return np.select(
-        [actions[..., 0] > 0.5, actions[..., 0] < -0.5, actions[..., 1] > 0.5],
-        [LEFT, RIGHT, WALK],
-        default=STAND,
-    )
-
-
-def cells_of(snapshot: Snapshot) -> NDArray[np.int64]:
-    """The cell that everybody stands in, (worlds, N, 2), not wrapped."""
-    return np.asarray(np.rint(snapshot["position"] / CELL).astype(np.int64))
-
-
-def felt(
-    snapshot: Snapshot, side: int, table: NDArray[np.int64], felt_there: Array, count: int
-) -> Array:
-    """Towards the nearest people in `table`, as one sees them: (worlds, N, count, 2)."""
-    facing = eighths(snapshot["heading"])
-    return felt_there[facing[..., None], nearest(cells_of(snapshot), facing, side, table, count)]
-
-
-def felt_in(table: NDArray[np.int64]) -> Array:
-    """Somebody in each cell of `table` (8, K, 2), and last of all nobody: (8, K + 1, 2).
-
-    Ahead and left; 1 long in the next cell, shorter the farther, 0 where there is nobody.
-    """
-    distance = np.hypot(table[..., 0], table[..., 1])
-    weight = np.exp(-(distance - 1.0) / 3.0) / np.maximum(distance, 1.0)
-    near = turned_back(table.astype(np.float64), np.arange(8)) * weight[..., None]
-    return np.concatenate([near, np.zeros((8, 1, 2))], axis=1)
-
-
-AROUND = window(False, SIGHT)
-AHEAD_ONLY = window(True, SIGHT)
-FELT, FELT_AHEAD = felt_in(AROUND), felt_in(AHEAD_ONLY)
-FREE = 1.0 - np.exp(-np.arange(IN_A_ROW + 1) / 2.0)
-"""What so many free cells in a row come to."""
-
-
-EMERGE = 1.2
-"""Metres over which people grow who come into the ground that is seen."""
 
 
 SCENE: type[Scene] = Crowd
