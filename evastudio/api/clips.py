@@ -7,7 +7,7 @@ import asyncio
 from fastapi import APIRouter, Request
 
 from evastudio.api.context import Context, Studio
-from evastudio.api.models import ClipIn, ClipsOut
+from evastudio.api.models.clips import ClipIn, ClipsOut
 from evastudio.errors import InvalidInputError
 from evastudio.live.clips import add_clips, choose_clip, clips, dress, forget_clip
 from evastudio.motion.library import MOST_BYTES

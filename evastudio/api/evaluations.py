@@ -5,7 +5,9 @@ from __future__ import annotations
 from fastapi import APIRouter, status
 
 from evastudio.api.context import Studio
-from evastudio.api.models import EvaluateIn, EvaluationOut, JobOut, Page
+from evastudio.api.models.common import Page
+from evastudio.api.models.evaluations import EvaluateIn, EvaluationOut
+from evastudio.api.models.jobs import JobOut
 from evastudio.evaluation import archive
 from evastudio.live.evaluating import evaluate
 from evastudio.live.headless import make_scene

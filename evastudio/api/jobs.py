@@ -5,7 +5,8 @@ from __future__ import annotations
 from fastapi import APIRouter
 
 from evastudio.api.context import Studio
-from evastudio.api.models import JobOut, Page
+from evastudio.api.models.common import Page
+from evastudio.api.models.jobs import JobOut
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 

@@ -9,7 +9,9 @@ from typing import Any
 from fastapi import APIRouter, status
 
 from evastudio.api.context import Studio
-from evastudio.api.models import JobOut, Page, PolicyOut, SwitchIn
+from evastudio.api.models.common import Page
+from evastudio.api.models.jobs import JobOut
+from evastudio.api.models.policies import PolicyOut, SwitchIn
 from evastudio.errors import NotFoundError, not_found
 from evastudio.learning.catalog import PolicyEntry, checked_policy_name, list_policies
 from evastudio.live import piloting, switching

@@ -7,12 +7,12 @@ import math
 from fastapi import APIRouter
 
 from evastudio.api.context import Studio
-from evastudio.api.models import (
+from evastudio.api.models.common import Page
+from evastudio.api.models.scenes import (
     ControlOut,
     EventOut,
     FieldOut,
     OptionOut,
-    Page,
     PerceptionOut,
     SceneOut,
     SignalOut,

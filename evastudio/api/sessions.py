@@ -8,17 +8,10 @@ import time
 from fastapi import APIRouter, status
 
 from evastudio.api.context import Studio
-from evastudio.api.models import (
-    CleanIn,
-    DiagnoseIn,
-    FitIn,
-    JobOut,
-    Page,
-    SessionIn,
-    SessionOut,
-    TakeOut,
-    TuneIn,
-)
+from evastudio.api.models.common import Page
+from evastudio.api.models.jobs import JobOut
+from evastudio.api.models.sessions import CleanIn, DiagnoseIn, FitIn, SessionIn, SessionOut, TuneIn
+from evastudio.api.models.takes import TakeOut
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.learning.catalog import checked_policy_name, policy_name_from

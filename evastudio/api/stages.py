@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from evastudio.api.attendance import Attendance
 from evastudio.api.context import Context, Studio
-from evastudio.api.models import CommandIn, KeysIn, StageIn, StageOut
+from evastudio.api.models.stages import CommandIn, KeysIn, StageIn, StageOut
 from evastudio.errors import InvalidInputError, NotFoundError, StudioError
 from evastudio.live.jobs import Job
 from evastudio.live.live_stage import LiveStage

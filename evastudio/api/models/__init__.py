@@ -1,0 +1,1 @@
+"""What travels over HTTP, field by field: one file for each room of the API."""

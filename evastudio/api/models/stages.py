@@ -1,0 +1,67 @@
+"""Live stages over HTTP, field by field."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, Field, FiniteFloat
+
+from evastudio.api.models.common import Model, Name, Options, Seed
+
+
+class StageIn(Model):
+    scene: Name
+    options: Options
+    session: int | None = None
+    seed: Seed | None = None
+
+
+class StageOut(BaseModel):
+    id: str
+    scene: str
+    view: str
+    """Path of the 3D view."""
+    socket: str
+    """Path of the websocket that takes keys and commands and tells the status."""
+
+
+FromMiddle = Annotated[float, Field(ge=-1, le=1)]
+
+
+class CommandIn(Model):
+    """What a person does on a stage."""
+
+    name: Literal[
+        "demonstrate",
+        "pause",
+        "resume",
+        "restart",
+        "discard",
+        "undo",
+        "play",
+        "stop",
+        "session",
+        "signal",
+        "camera",
+        "another",
+    ]
+    policy: Name | None = None
+    others: Name | None = None
+    """Whose policy everybody else follows in a demonstration; they stand still without one."""
+    camera: Name | None = None
+    """Of the scene's cameras, the one to see it from; the next one where none is named."""
+    options: dict[str, float] | None = None
+    session: int | None = None
+    signal: Name | None = None
+    """Of the scene's signals, the one to give."""
+    pointer: tuple[FromMiddle, FromMiddle, Annotated[float, Field(gt=0, le=100)]] | None = None
+    """Where in the view it is meant: across and up, from -1 to 1, and its width over its height."""
+
+
+class KeysIn(Model):
+    """Exactly these keys are held."""
+
+    held: Annotated[list[Annotated[str, Field(max_length=40)]], Field(max_length=40)]
+    time_ms: FiniteFloat
+    """When, on the browser's clock, milliseconds since the epoch."""
+    seq: int = 0
