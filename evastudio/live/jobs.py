@@ -23,6 +23,8 @@ logger = logging.getLogger(__name__)
 
 Work = Callable[..., dict[str, Any]]
 """A module-level function that takes `progress` beside its own arguments."""
+Asked = tuple[str, Work, int | None, dict[str, Any]]
+"""What `Jobs.submit` was given."""
 
 MAX_WAITING = 20
 KEPT = 200
@@ -66,6 +68,7 @@ class Jobs:
         self._on_change = on_change
         self._lock = threading.Lock()
         self._jobs: dict[int, Job] = {}
+        self._asked: dict[int, Asked] = {}
         self._workers: dict[int, BaseProcess] = {}
         self._numbers = itertools.count(1)
         self._runner = ThreadPoolExecutor(max_workers=1, thread_name_prefix="jobs")
@@ -83,21 +86,39 @@ class Jobs:
                 )
             ended = [number for number, job in self._jobs.items() if job.state in ENDED]
             for number in ended[: max(0, len(ended) - KEPT)]:
-                del self._jobs[number]
+                del self._jobs[number], self._asked[number]
             job = Job(next(self._numbers), kind, session)
             self._jobs[job.id] = job
+            self._asked[job.id] = (kind, work, session, dict(arguments))
         self._on_change(job)
         if session is not None:
             arguments["session"] = session
         self._runner.submit(self._run, job.id, work, arguments)
         return job
 
+    def again(self, number: int) -> Job:
+        """Queue once more what an ended job was asked to do; the new job.
+
+        Raises NotFoundError, and ConflictError where it has not ended or too many wait.
+        """
+        job = self.get(number)
+        if job.state not in ENDED:
+            raise ConflictError(
+                f"Job {number} has not ended yet; wait for it, or cancel it before it is run again."
+            )
+        with self._lock:
+            asked = self._asked.get(number)
+        if asked is None:
+            raise _no_job(number)
+        kind, work, session, arguments = asked
+        return self.submit(kind, work, session, **arguments)
+
     def get(self, number: int) -> Job:
         """Raises NotFoundError."""
         with self._lock:
             job = self._jobs.get(number)
         if job is None:
-            raise NotFoundError(f"There is no job {number}; jobs are forgotten at a restart.")
+            raise _no_job(number)
         return job
 
     def all(self) -> list[Job]:
@@ -161,7 +182,7 @@ class Jobs:
             number,
             state=JobState.FAILED,
             message="Failed",
-            error="The work ended before it was done. Run it again.",
+            error=_death(worker.exitcode),
         )
 
     def _listen(self, number: int, ours: Connection) -> None:
@@ -183,10 +204,36 @@ class Jobs:
                     self._change(number, state=JobState.FAILED, message="Failed", error=value)
 
 
+def _no_job(number: int) -> NotFoundError:
+    return NotFoundError(f"There is no job {number}; jobs are forgotten at a restart.")
+
+
+def _death(code: int | None) -> str:
+    """Why a worker told no result, from its exit code: minus the signal that ended it."""
+    if code is None or code >= 0:
+        return f"The work ended before it was done (exit code {code}). Run it again."
+    name = signal.Signals(-code).name if -code in set(signal.Signals) else f"signal {-code}"
+    if -code == signal.SIGKILL:
+        return (
+            f"The work was killed from outside before it was done ({name}), as a computer does "
+            "that runs out of memory. Close other programs, or use fewer takes, and run it again."
+        )
+    return f"The work broke off before it was done ({name}). Run it again."
+
+
+def _end_with_parent() -> None:
+    """A worker whose server was killed ends too: nobody could be told what comes out."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
 def _work(pipe: Connection, work: Work, arguments: dict[str, Any]) -> None:
     """In the worker: run, tell progress, tell the result or why there is none."""
     os.nice(10)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the server, which ends its jobs
+    threading.Thread(target=_end_with_parent, daemon=True).start()
 
     def progress(share: float, doing: str) -> None:
         pipe.send(("progress", (float(min(max(share, 0.0), 1.0)), doing)))
@@ -195,6 +242,14 @@ def _work(pipe: Connection, work: Work, arguments: dict[str, Any]) -> None:
         result = work(progress=progress, **arguments)
     except StudioError as error:
         pipe.send(("error", str(error)))
+    except MemoryError:
+        pipe.send(
+            (
+                "error",
+                "There is not enough memory for this. Close other programs, or use "
+                "fewer takes, and run it again.",
+            )
+        )
     except Exception:
         logger.exception("A job failed")
         pipe.send(("error", "This did not work, for a reason that the server's log tells."))

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import select
 import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 
 import pytest
 
 from evastudio.demonstrations.store import Store
-from evastudio.errors import NotFoundError
+from evastudio.errors import ConflictError, NotFoundError
 from evastudio.live import headless
 from evastudio.live.jobs import ENDED, Job, Jobs, JobState
 from evastudio.workspace import Workspace
@@ -85,12 +89,14 @@ def test_a_running_job_and_a_waiting_one_are_cancelled(
     assert watched.ended(second.id).state is JobState.CANCELLED
 
 
-def test_a_killed_worker_is_told_and_the_next_job_runs(
+def test_a_killed_worker_is_told_and_its_job_runs_again(
     watched: Watched, workspace: Workspace
 ) -> None:
     job = watched.jobs.submit(
-        "record", headless.record, workspace=workspace, scene="asteroids", minutes=500.0
+        "record", headless.record, workspace=workspace, scene="asteroids", minutes=60.0, seed=5
     )
+    with pytest.raises(ConflictError, match="not ended yet"):
+        watched.jobs.again(job.id)
     watched.until(job.id, lambda job: job.progress > 0.0)
     worker = watched.jobs.worker(job.id)
     assert worker is not None
@@ -98,11 +104,51 @@ def test_a_killed_worker_is_told_and_the_next_job_runs(
     ended = watched.ended(job.id)
     assert ended.state is JobState.FAILED
     assert ended.error is not None
-    assert "Run it again" in ended.error
-    again = watched.jobs.submit(
-        "record", headless.record, workspace=workspace, scene="asteroids", minutes=0.1
+    assert "killed from outside" in ended.error
+    assert "SIGKILL" in ended.error
+    assert "run it again" in ended.error
+    again = watched.jobs.again(job.id)
+    assert (again.id, again.kind, again.session) == (job.id + 1, job.kind, job.session)
+    watched.until(again.id, lambda job: job.progress > 0.0)
+
+
+def test_a_job_run_again_does_the_same_work(watched: Watched, workspace: Workspace) -> None:
+    with Store(workspace.store_url) as store:
+        scene = headless.make_scene(workspace, "asteroids")
+        session = store.create_session(scene, "Empty", "test", 0.0)
+    first = watched.jobs.submit("clean", headless.clean, session, workspace=workspace)
+    told = watched.ended(first.id)
+    assert told.state is JobState.FAILED
+    assert told.error is not None
+    again = watched.ended(watched.jobs.again(first.id).id)
+    assert (again.session, again.error) == (session, told.error)
+
+
+def test_work_ends_with_the_process_that_asked_for_it(workspace: Workspace) -> None:
+    asking = (
+        "import sys, time; from pathlib import Path; from evastudio.live import headless\n"
+        "from evastudio.live.jobs import Jobs; from evastudio.workspace import Workspace\n"
+        "if __name__ == '__main__':\n"
+        "    jobs = Jobs(lambda job: print(jobs.worker(job.id), job.progress, flush=True))\n"
+        "    jobs.submit('record', headless.record, workspace=Workspace(Path(sys.argv[1])),\n"
+        "                scene='asteroids', minutes=9000.0)\n"
+        "    time.sleep(600)\n"
     )
-    assert watched.ended(again.id).state is JobState.DONE
+    program = workspace.root / "asking.py"
+    program.write_text(asking)
+    with subprocess.Popen(
+        [sys.executable, str(program), str(workspace.root)], stdout=subprocess.PIPE, text=True
+    ) as server:
+        assert server.stdout is not None
+        for line in server.stdout:
+            worker, progress = line.split()
+            if float(progress) > 0.0:
+                break
+        server.kill()
+        with contextlib.suppress(ProcessLookupError):
+            watch = os.pidfd_open(int(worker))
+            assert select.select([watch], [], [], WAIT_S)[0], "the worker goes on"
+            os.close(watch)
 
 
 def test_an_unknown_job_is_not_found(watched: Watched) -> None:
