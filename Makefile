@@ -1,6 +1,6 @@
 # make run | test | lint | bench | bench-crossing | bench-baselines | bench-conflicts |
-# bench-motion | bench-crowd | bench-real | bench-street | bench-rl | bench-reproduction | paper:
-# each sets up what it needs in .venv first.
+# bench-motion | bench-crowd | bench-real | bench-street | bench-rl | bench-reproduction | paper |
+# soak: each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -11,7 +11,7 @@ export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
 	bench-motion bench-crowd bench-real bench-scaling bench-street bench-rl bench-reproduction \
-	paper pictures chromium clean
+	paper soak pictures chromium clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -75,6 +75,10 @@ paper: $(VENV)/.dev
 # Where the paper's plain state is enough, into docs/reproduction.md; about 10 minutes.
 bench-reproduction: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.reproduction
+
+# Kills, loads and hours against a real studio, into docs/reliability.md; ONLY=kills for one part.
+soak: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.soak $(if $(ONLY),--only $(ONLY))
 
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium
