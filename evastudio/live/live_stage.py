@@ -348,7 +348,7 @@ class LiveStage:
             stage.seed,
             stage.camera,
             stage.decision,
-            stage.decision is not None and stage.steps,
+            stage.decision is not None and stage.clock.steps,
             self._totals,
             self._fault,
             recorder is not None and (recorder.problem, recorder.can_undo),

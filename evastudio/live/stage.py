@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.errors import ConflictError, not_found
-from evastudio.live.aim import ground_at
+from evastudio.live.actors import Actors, begun
+from evastudio.live.clock import Clock
 from evastudio.live.inputs import HeldKeys
+from evastudio.live.sight import Pointer, Sight
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.world.bodies import Camera
-from evastudio.world.cast import for_all, led_by, of_lead
-from evastudio.world.rollout import Memory, Pilot
+from evastudio.world.cast import led_by, of_lead
+from evastudio.world.rollout import Pilot
 from evastudio.world.scene import Percept, Scene
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array, Symbols
 
 COUNTDOWN_S = 3.0
-LATE_SHARE = 0.5
-"""A step that begins more than this share of a step after its time is late."""
-STALL_S = 1.0
-"""After a longer standstill (a laptop that slept) the clock is set on instead of caught up."""
 FEW = 1000
 """Among so many characters what a pilot chose for the lead is told; among more it would cost a
 second look at all of them."""
@@ -48,26 +46,23 @@ class Stage:
         self.on_frame: list[Frame] = []
         self.phase = Phase.READY
         self.mode: Mode | None = None
-        self.late_steps = 0
-        self.steps = 0
-        self.drift_s = 0.0
         self.seed = seed
+        self.clock = Clock(scene.dt_s, now)
+        self._actors = Actors(scene)
+        self._sight = Sight()
         self._lead = 0
-        self._camera: str | None = None
-        self._pilot: Pilot | None = None
-        self._others: Pilot | None = None
-        self._memory: Memory = {}
-        self._signalled: dict[int, float] = {}
         self._percept: Percept | None = None
         self._chose: str | None = None
-        self._seen_from: Camera | None = None
-        self._set_scene(scene)
         self._enter(seed)
-        self._next_step = now
         self._next_frame = now
         self._countdown_ends = now
         self._before_pause = Phase.READY
         self._paused_at = now
+
+    @property
+    def keys(self) -> HeldKeys:
+        """What the person holds."""
+        return self._actors.keys
 
     # -- commands ------------------------------------------------------------------------------
 
@@ -85,7 +80,7 @@ class Stage:
         self.end_take(wall)
         self._set_scene(scene)
         self._enter(seed)
-        self._others, self._memory = others, memory
+        self._actors.enter(others=others, memory=memory)
         self.mode, self.phase = Mode.DEMONSTRATE, Phase.COUNTDOWN
         self._countdown_ends = now + COUNTDOWN_S
 
@@ -95,7 +90,7 @@ class Stage:
         self.end_take(wall)
         self._set_scene(scene)
         self._enter(seed)
-        self._pilot, self._memory = pilot, memory
+        self._actors.enter(pilot, memory=memory)
         self.mode, self.phase = Mode.PLAY, Phase.PLAYING
         self._start_clock(now)
 
@@ -114,7 +109,7 @@ class Stage:
             self._countdown_ends += now - self._paused_at
             self._start_clock(now)
 
-    def signal(self, name: str, pointer: tuple[float, float, float] | None = None) -> None:
+    def signal(self, name: str, pointer: Pointer | None = None) -> None:
         """Do what the scene's signal of that name does, with the next decision.
 
         `pointer` is where in the view it is meant: across and up, each from -1 to 1, and the
@@ -127,30 +122,17 @@ class Stage:
             raise not_found(f"signal of scene {self.scene.name!r}", name, known)
         if not self._running:
             raise ConflictError("Nothing moves at the moment. Demonstrate or play first.")
-        found = known[name]
-        fields = self.scene.action.names
-        meant = {
-            fields.index(found.field): float(self.scene.action.high[fields.index(found.field)])
-        }
+        found, place = known[name], None
         if found.place is not None:
-            seen_from = self._seen_from or self._cameras()[self.camera]
-            place = ground_at(seen_from, *(pointer or (0.0, 0.0, 1.0)))
-            meant |= {
-                fields.index(field): value for field, value in zip(found.place, place, strict=True)
-            }
-        self._signalled |= meant
+            place = self._sight.pointed_at(pointer, self.scene, self._after)
+        self._actors.give(found, place)
 
     def look_through(self, camera: str | None = None) -> None:
         """See the world from that camera from now on, or from the one after the present one.
 
         Raises NotFoundError.
         """
-        known = list(self._cameras())
-        if camera is None:
-            camera = known[(known.index(self.camera) + 1) % len(known)]
-        if camera not in known:
-            raise not_found(f"camera of scene {self.scene.name!r}", camera, known)
-        self._camera = camera
+        self._sight.choose(camera, self.scene, self._after)
         self._next_frame = 0.0
 
     def lead_another(self) -> None:
@@ -203,21 +185,17 @@ class Stage:
             self._begin_take(wall)
             self.phase = Phase.RECORDING
             self._start_clock(self._countdown_ends)
-        if now - self._next_step > STALL_S and self._running:
-            self.late_steps += int((now - self._next_step) / self.scene.dt_s)
-            self._start_clock(now)
-        while self._running and now >= self._next_step:
-            self.drift_s = now - self._next_step
-            self.steps += 1
-            self.late_steps += self.drift_s > LATE_SHARE * self.scene.dt_s
-            self._step(wall)
-            self._next_step += self.scene.dt_s
+        if self._running:
+            for _ in self.clock.due_steps(now):
+                self._step(wall)
+                if not self._running:
+                    break
         if now >= self._next_frame:
             self._draw(now)
             self._next_frame += 1.0 / self.scene.render_hz
             if self._next_frame <= now:
                 self._next_frame = now + 1.0 / self.scene.render_hz
-        return min(self._next_frame, self._next_step if self._running else self._next_frame)
+        return min(self._next_frame, self.clock.due) if self._running else self._next_frame
 
     def status(self, now: float) -> Status:
         counting = self.phase is Phase.COUNTDOWN
@@ -233,16 +211,16 @@ class Stage:
             outcome=outcome,
             success=None if outcome is None else outcome in self.scene.successes,
             can_undo=self.recorder is not None and self.recorder.can_undo,
-            late_steps=self.late_steps,
-            steps=self.steps,
-            drift_s=self.drift_s,
-            policy=None if self._pilot is None else self._pilot.name,
-            others=None if self._others is None else self._others.name,
+            late_steps=self.clock.late_steps,
+            steps=self.clock.steps,
+            drift_s=self.clock.drift_s,
+            policy=None if self._actors.pilot is None else self._actors.pilot.name,
+            others=None if self._actors.others is None else self._actors.others.name,
             decision=self.decision,
-            decides_s=None if self.decision is None else max(0.0, self._next_step - now),
+            decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
             lead=self._lead if self.scene.characters else None,
             camera=self.camera,
-            cameras=tuple(self._cameras()),
+            cameras=tuple(self.scene.cameras(self._after)),
             seed=self.seed,
             options=dict(self.scene.values),
             problem=None if self.recorder is None else self.recorder.problem,
@@ -256,8 +234,7 @@ class Stage:
     @property
     def camera(self) -> str:
         """Name of the scene's camera that it is seen from."""
-        known = list(self._cameras())
-        return self._camera if self._camera in known else known[0]
+        return self._sight.name(self.scene, self._after)
 
     @property
     def decision(self) -> str | None:
@@ -266,8 +243,7 @@ class Stage:
             return self._chose
         if self.phase is not Phase.RECORDING:
             return None
-        at = self._next_step
-        return self._symbol(self.keys.foresee(at - self.scene.dt_s, at))
+        return self._symbol(self.keys.foresee(*self.clock.interval))
 
     # -- inside --------------------------------------------------------------------------------
 
@@ -284,9 +260,6 @@ class Stage:
     def _recording(self) -> bool:
         paused = self.phase is Phase.PAUSED and self._before_pause is Phase.RECORDING
         return paused or self.phase is Phase.RECORDING
-
-    def _cameras(self) -> Mapping[str, Camera]:
-        return self.scene.cameras(self._after)
 
     def _perceived(self) -> Percept:
         """What everybody perceives now under the scene's first perception."""
@@ -306,7 +279,7 @@ class Stage:
 
     def _set_scene(self, scene: Scene) -> None:
         self.scene = scene
-        self.keys = HeldKeys(scene.controls, scene.action, scene.dt_s)
+        self._actors = Actors(scene)
 
     def _enter(self, seed: int) -> None:
         self.seed = seed
@@ -316,10 +289,9 @@ class Stage:
         self._before = self._after
         self._fresh = True
         self._steps_here = 0
-        self._pilot = self._others = None
-        self._memory = {}
-        self._signalled = {}
-        self._percept = self._chose = self._seen_from = None
+        self._actors.enter()
+        self._sight.forget()
+        self._percept = self._chose = None
 
     def _rest(self) -> None:
         self.phase, self.mode = Phase.READY, None
@@ -327,8 +299,7 @@ class Stage:
         self.keys.center()
 
     def _start_clock(self, now: float) -> None:
-        """The next decision falls one step from `now`: a step acts on the time before it."""
-        self._next_step = now + self.scene.dt_s
+        self.clock.start(now)
         self._before = self._after
 
     def _begin_take(self, wall: float) -> None:
@@ -336,22 +307,7 @@ class Stage:
             self.recorder.begin(self.scene, self._after, self.seed, "person", wall)
 
     def _step(self, wall: float) -> None:
-        at = self._next_step
-        if self._pilot is not None:
-            actions, self._memory = self._pilot.act(self.scene, self._after, self._memory)
-        else:
-            theirs = None
-            if self._others is not None:
-                theirs, self._memory = self._others.act(self.scene, self._after, self._memory)
-            keys = self.keys.read(at - self.scene.dt_s, at)
-            actions = for_all(self.scene, self._after, keys, theirs)
-        sound = self.scene.action.check(actions.reshape(-1, actions.shape[-1]), "actions chosen")
-        actions = self.scene.action.clip(sound).reshape(actions.shape)
-        if self._signalled:
-            own = of_lead(self._after, actions).copy()
-            own[:, list(self._signalled)] = list(self._signalled.values())
-            own, self._signalled = self.scene.action.clip(own), {}
-            actions = for_all(self.scene, self._after, own, others=actions)
+        actions = self._actors.decide(self._after, self.clock.interval)
         if self.phase is Phase.RECORDING and self.recorder is not None:
             states = of_lead(self._after, self._perceived().states)
             self.recorder.add(states, actions, self._after)
@@ -372,17 +328,8 @@ class Stage:
             return
         snapshot = self._after
         if self._running:
-            share = 1.0 - (self._next_step - now) / self.scene.dt_s
-            share = min(max(share, 0.0), 1.0)
-            snapshot = self.scene.interpolate(self._before, self._after, share)
-        camera = self._seen_from = self.scene.cameras(snapshot)[self.camera]
+            snapshot = self.scene.interpolate(self._before, self._after, self.clock.share(now))
+        camera = self._sight.draw(self.scene, snapshot)
         for show in self.on_frame:
             show(snapshot, self._fresh, camera)
         self._fresh = False
-
-
-def begun(pilot: Pilot, scene: Scene, seed: int) -> Memory:
-    """The memory of `pilot` for that world; refuses a pilot that does not fit before we leave."""
-    memory = pilot.begin(scene, [seed])
-    pilot.act(scene, scene.worlds([seed]), memory)
-    return memory

@@ -163,7 +163,7 @@ def test_the_clock_does_not_drift_when_calls_come_late(stage: Stage, scene: Scen
     now = 0.0
     while now < 20.0:
         now = stage.advance(now, 0.0) + float(rng.uniform(0.0, 0.03))
-    assert stage.steps == int(now / DT) or stage.steps == int(now / DT) - 1
+    assert stage.clock.steps == int(now / DT) or stage.clock.steps == int(now / DT) - 1
     assert stage.status(now).late_steps == 0
 
 
@@ -172,14 +172,14 @@ def test_late_steps_are_counted_and_a_standstill_is_not_caught_up(
 ) -> None:
     stage.play(scene, StraightPilot(), 9, 0.0, 0.0)
     now = run(stage, 0.0, 1.0)
-    steps = stage.steps
+    steps = stage.clock.steps
     stage.advance(now + 0.3, 0.0)
-    assert stage.steps - steps in {4, 5}
-    assert stage.late_steps in {3, 4}
-    late, steps = stage.late_steps, stage.steps
+    assert stage.clock.steps - steps in {4, 5}
+    assert stage.clock.late_steps in {3, 4}
+    late, steps = stage.clock.late_steps, stage.clock.steps
     stage.advance(now + 60.0, 0.0)
-    assert stage.late_steps - late > 800
-    assert stage.steps == steps
+    assert stage.clock.late_steps - late > 800
+    assert stage.clock.steps == steps
 
 
 def test_drawing_moves_evenly_between_decisions(stage: Stage, scene: Scene) -> None:

@@ -1,0 +1,66 @@
+"""Who decides in the world of a stage: a person's keys or a pilot, signals, and all the others."""
+
+from __future__ import annotations
+
+from evastudio.live.inputs import HeldKeys
+from evastudio.world.cast import for_all, of_lead
+from evastudio.world.rollout import Memory, Pilot
+from evastudio.world.scene import Scene, Signal
+from evastudio.world.snapshot import Snapshot
+from evastudio.world.spaces import Array
+
+
+class Actors:
+    """The character's keys, the pilot that acts instead of them, and who acts for the others."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self.keys = HeldKeys(scene.controls, scene.action, scene.dt_s)
+        self.pilot: Pilot | None = None
+        """Acts for everybody; None where keys decide."""
+        self.others: Pilot | None = None
+        """Acts for all but the lead while keys decide; None where the others rest."""
+        self._memory: Memory = {}
+        self._signalled: dict[int, float] = {}
+
+    def give(self, signal: Signal, place: tuple[float, float] | None) -> None:
+        """Let the next decision hold `signal`, meant at `place` where it has one."""
+        fields, high = self._scene.action.names, self._scene.action.high
+        index = fields.index(signal.field)
+        self._signalled[index] = float(high[index])
+        if place is not None and signal.place is not None:
+            for field, value in zip(signal.place, place, strict=True):
+                self._signalled[fields.index(field)] = value
+
+    def enter(
+        self, pilot: Pilot | None = None, others: Pilot | None = None, memory: Memory | None = None
+    ) -> None:
+        """A new world: who acts in it, with the memory that they begin with."""
+        self.pilot, self.others, self._memory = pilot, others, dict(memory or {})
+        self._signalled = {}
+
+    def decide(self, snapshot: Snapshot, interval: tuple[float, float]) -> Array:
+        """The actions of all, for a step that acts on `interval` of the keys' time."""
+        scene = self._scene
+        if self.pilot is not None:
+            actions, self._memory = self.pilot.act(scene, snapshot, self._memory)
+        else:
+            theirs = None
+            if self.others is not None:
+                theirs, self._memory = self.others.act(scene, snapshot, self._memory)
+            actions = for_all(scene, snapshot, self.keys.read(*interval), theirs)
+        sound = scene.action.check(actions.reshape(-1, actions.shape[-1]), "actions chosen")
+        actions = scene.action.clip(sound).reshape(actions.shape)
+        if self._signalled:
+            own = of_lead(snapshot, actions).copy()
+            own[:, list(self._signalled)] = list(self._signalled.values())
+            own, self._signalled = scene.action.clip(own), {}
+            actions = for_all(scene, snapshot, own, others=actions)
+        return actions
+
+
+def begun(pilot: Pilot, scene: Scene, seed: int) -> Memory:
+    """The memory of `pilot` for that world; refuses a pilot that does not fit before we leave."""
+    memory = pilot.begin(scene, [seed])
+    pilot.act(scene, scene.worlds([seed]), memory)
+    return memory
