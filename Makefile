@@ -11,12 +11,12 @@ export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
 	bench-motion bench-crowd bench-real bench-scaling bench-street bench-rl bench-reproduction \
-	paper soak pictures chromium clean
+	paper soak pictures chromium postgres clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
 
-test: $(VENV)/.dev chromium
+test: $(VENV)/.dev chromium postgres
 	$(BIN)/python -m pytest
 
 lint: $(VENV)/.dev
@@ -91,6 +91,17 @@ chromium: $(VENV)/.dev
 	  || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1 \
 	       && apt-get update -q && apt-get install -y -q chromium; } \
 	  || $(BIN)/python -m playwright install chromium
+
+# The server that tests start for themselves; the service Debian would start is not wanted.
+postgres:
+	@ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/null 2>&1 \
+	  || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1 && apt-get update -q \
+	       && apt-get install -y -q --no-install-recommends postgresql-common \
+	       && sed -i 's/^#*create_main_cluster.*/create_main_cluster = false/' \
+	            /etc/postgresql-common/createcluster.conf \
+	       && apt-get install -y -q --no-install-recommends postgresql; } \
+	  || { echo "The tests need PostgreSQL 13 or newer: install it, with initdb on the path." >&2; \
+	       exit 1; }
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -19,6 +19,7 @@ from evastudio.learning.compiled import ensure_compiled
 from evastudio.workspace import Workspace, shipped
 from evastudio.world.loading import load_scene_file
 from evastudio.world.scene import Scene
+from tests.postgres import Postgres
 
 START_S = 60.0
 
@@ -40,9 +41,36 @@ def workspace(tmp_path: Path) -> Workspace:
     return Workspace(tmp_path / "work").ready()
 
 
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[Postgres]:
+    """A PostgreSQL server of the tests' own."""
+    server = Postgres()
+    try:
+        server.start()
+        yield server
+    finally:
+        server.remove()
+
+
 @pytest.fixture
-def store(workspace: Workspace) -> Iterator[Store]:
-    with Store(workspace.store_url) as opened:
+def postgres_url(postgres: Postgres) -> Iterator[str]:
+    """The address of an empty database."""
+    name = postgres.create_database()
+    yield postgres.url(name)
+    postgres.drop_database(name)
+
+
+@pytest.fixture(params=["sqlite", "postgres"])
+def store_url(request: pytest.FixtureRequest) -> str:
+    """The address of a new store, once in each database."""
+    if request.param == "postgres":
+        return str(request.getfixturevalue("postgres_url"))
+    return f"sqlite:///{request.getfixturevalue('tmp_path') / 'store.db'}"
+
+
+@pytest.fixture
+def store(store_url: str) -> Iterator[Store]:
+    with Store(store_url) as opened:
         yield opened
 
 

@@ -2,95 +2,192 @@
 
 from __future__ import annotations
 
-import uuid
+import contextlib
+from collections.abc import Iterator
+from typing import Any
 
 from sqlalchemy import (
+    URL,
+    Connection,
     Engine,
     ExceptionContext,
+    PoolProxiedConnection,
+    QueuePool,
     create_engine,
     event,
-    insert,
-    inspect,
-    select,
-    update,
+    text,
 )
 from sqlalchemy.engine import make_url
-from sqlalchemy.exc import ArgumentError, DatabaseError, NoSuchModuleError, SQLAlchemyError
+from sqlalchemy.exc import ArgumentError, DatabaseError, SQLAlchemyError
+from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
-from evastudio.demonstrations import schema
-from evastudio.errors import StorageError
+from evastudio.demonstrations.migrations import migrate
+from evastudio.errors import StorageError, StudioError
+
+SQLITE, POSTGRESQL = "sqlite", "postgresql"
+DRIVERS = {SQLITE: "sqlite+pysqlite", POSTGRESQL: "postgresql+psycopg"}
+
+CONNECTIONS = 8
+"""Kept open by one program."""
+MORE_CONNECTIONS = 24
+"""Opened besides while there is much to do. A PostgreSQL server takes a hundred unless told."""
+POOL_WAIT_S = 10.0
+LOCK_WAIT_S = 5.0
+"""So long a write waits for another; then it is a StorageError, and a recorder tries again."""
+STATEMENT_S = 60.0
+"""So long one statement may take on a server."""
+LOST = {
+    "connect_timeout": 5,
+    "keepalives_idle": 10,
+    "keepalives_interval": 3,
+    "keepalives_count": 3,
+    "tcp_user_timeout": 10_000,
+}
+"""libpq's settings by which a server that is gone is known to be, in s, and the last in ms."""
+STORE_LOCK = 0x65766173
+"""Of those who make or change tables on a PostgreSQL server, one at a time holds this."""
 
 
 def open_engine(url: str) -> Engine:
-    """A connection pool on the store at `url`, its tables made or checked.
+    """A connection pool on the store at `url`, its tables made or brought up to date.
 
-    Raises StorageError for an address that cannot be opened, a file that is no session store,
-    and a store written by a newer version. Whatever the database refuses later is a StorageError
-    too.
+    Raises StorageError for an address that cannot be opened, a database that holds something
+    else, and a store written by a newer version. Whatever the database refuses later is a
+    StorageError too. None of them tells the password.
     """
+    parsed = parse_url(url)
+    shown = _shown(parsed)
+    engine = _engine(parsed, shown)
     try:
-        parsed = make_url(url)
-        shown = parsed.render_as_string(hide_password=True)
-        engine = create_engine(parsed)
-    except (ArgumentError, NoSuchModuleError, ImportError) as error:
-        raise StorageError(
-            f"{_without_password(url)!r} is no address of a session store ({error}); give one "
-            "like sqlite:///folder/studio.db."
-        ) from None
-    if engine.dialect.name == "sqlite":
-        event.listen(engine, "connect", _tune_sqlite)
-    try:
-        _prepare(engine, shown)
+        migrate(engine, shown, _changing)
     except DatabaseError as error:
         engine.dispose()
+        if _is_server(engine):
+            hint = "Check that the server runs and that address, user and password are right"
+        else:
+            hint = "If it is not a store of this studio, or damaged, move it away"
         raise StorageError(
-            f"The session store {shown!r} cannot be opened: {error.orig}. If it is not a "
-            "store of this studio, or damaged, move it away or choose another with --store."
+            f"The session store {shown!r} cannot be opened: {_told(error)}. {hint}, or choose "
+            "another with --store."
         ) from None
     except SQLAlchemyError as error:
         engine.dispose()
         raise StorageError(f"The session store {shown!r} cannot be opened: {error}.") from None
+    except StudioError:
+        engine.dispose()
+        raise
 
     def told(context: ExceptionContext) -> Exception | None:
+        if isinstance(context.original_exception, StudioError):  # a value that cannot be kept
+            return context.original_exception
         if not isinstance(context.sqlalchemy_exception, DatabaseError):
             return None
         return StorageError(
-            f"The session store {shown!r} cannot be used: {context.original_exception}. Try "
-            "again; if it is damaged, move it away or choose another with --store."
+            f"The session store {shown!r} cannot be used: {_told(context.sqlalchemy_exception)}. "
+            "Try again; if it is damaged, move it away or choose another with --store."
         )
 
     event.listen(engine, "handle_error", told)
     return engine
 
 
-def _prepare(engine: Engine, shown: str) -> None:
+@contextlib.contextmanager
+def writing(engine: Engine) -> Iterator[Connection]:
+    """A transaction whose reads still hold when it writes, on rows it locks `for update`.
+
+    SQLite locks no rows: there it is the only one that writes from its beginning on.
+    """
     with engine.begin() as connection:
-        present = set(inspect(connection).get_table_names())
-        if not present and engine.dialect.name == "sqlite":
-            # Of several programs that open a new file at once, one makes the tables.
+        if not _is_server(engine):
             connection.exec_driver_sql("BEGIN IMMEDIATE")
-            present = set(inspect(connection).get_table_names())
-        if schema.store.name not in present:
-            if present:
-                raise StorageError(
-                    f"The database {shown!r} holds other tables ({', '.join(sorted(present))}); "
-                    "the session store needs one of its own. Choose another with --store."
-                )
-            schema.metadata.create_all(connection)
-            connection.execute(
-                insert(schema.store).values(version=schema.VERSION, identity=str(uuid.uuid4()))
-            )
-            return
-        version = connection.execute(select(schema.store.c.version)).scalar_one_or_none()
-        if version is None or version > schema.VERSION:
+        yield connection
+
+
+def parse_url(url: str) -> URL:
+    """`url` with the driver that is meant. Raises StorageError for what is no store's address."""
+    like = "give one like sqlite:///folder/studio.db or postgresql+psycopg://user@host/database"
+    try:
+        parsed = make_url(url)
+    except (ArgumentError, ValueError):
+        raise StorageError(
+            f"{_without_password(url)!r} is no address of a session store; {like}."
+        ) from None
+    kind = parsed.get_backend_name()
+    if kind not in DRIVERS or parsed.drivername not in (kind, DRIVERS[kind]):
+        raise StorageError(
+            f"{_without_password(url)!r} is no address of a session store, which is kept by "
+            f"SQLite or PostgreSQL; {like}."
+        )
+    if "@" in f"{parsed.host}{parsed.database if kind == POSTGRESQL else ''}":
+        raise StorageError(
+            "The address of the session store has more than one '@'; write one that belongs to "
+            "the password as %40, and '/' as %2F."
+        )
+    secret = parsed.query.get("password")
+    if isinstance(secret, str):
+        parsed = parsed.difference_update_query(["password"]).set(password=secret)
+    return parsed.set(drivername=DRIVERS[kind])
+
+
+def _engine(url: URL, shown: str) -> Engine:
+    settings: dict[str, Any] = {}
+    if url.get_backend_name() == POSTGRESQL:
+        limits = {
+            "lock_timeout": LOCK_WAIT_S,
+            "statement_timeout": STATEMENT_S,
+            "idle_in_transaction_session_timeout": STATEMENT_S,
+        }
+        options = " ".join(f"-c {name}={seconds * 1000:.0f}" for name, seconds in limits.items())
+        given = {**LOST, "options": options, "client_encoding": "utf8", **url.query}
+        settings = {"connect_args": given, "pool_pre_ping": True}
+    elif "timeout" not in url.query:
+        settings = {"connect_args": {"timeout": LOCK_WAIT_S}}
+    try:
+        engine = create_engine(
+            url,
+            poolclass=_Pool,
+            pool_size=CONNECTIONS,
+            max_overflow=MORE_CONNECTIONS,
+            pool_timeout=POOL_WAIT_S,
+            **settings,
+        )
+    except ImportError:
+        raise StorageError(
+            f"The session store {shown!r} needs the package psycopg; install it with "
+            "pip install 'evastudio[postgres]'."
+        ) from None
+    if not _is_server(engine):
+        event.listen(engine, "connect", _tune_sqlite)
+    return engine
+
+
+class _Pool(QueuePool):
+    """A pool that says in a sentence when it is empty for too long."""
+
+    def connect(self) -> PoolProxiedConnection:
+        try:
+            return super().connect()
+        except PoolTimeoutError:
             raise StorageError(
-                f"The session store {shown!r} has version {version}, this program reads up to "
-                f"{schema.VERSION}. Update evastudio to open it."
-            )
-        if version < schema.VERSION:
-            # So far every version only added tables.
-            schema.metadata.create_all(connection)
-            connection.execute(update(schema.store).values(version=schema.VERSION))
+                f"The session store was busy for {POOL_WAIT_S:g} s: all "
+                f"{CONNECTIONS + MORE_CONNECTIONS} connections to it are in use. Try again."
+            ) from None
+
+
+def _changing(connection: Connection, shown: str) -> None:
+    """Keep other programs from changing the tables until this transaction ends."""
+    if connection.dialect.name == SQLITE:
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
+        return
+    for limit in ("lock_timeout", "statement_timeout"):
+        connection.execute(text(f"SET LOCAL {limit} = 0"))
+    connection.execute(text(f"SELECT pg_advisory_xact_lock({STORE_LOCK})"))
+    encoding = connection.execute(text("SHOW server_encoding")).scalar_one()
+    if encoding != "UTF8":
+        raise StorageError(
+            f"The session store {shown!r} keeps text as {encoding}, which does not hold every "
+            "name; make its database with ENCODING 'UTF8'."
+        )
 
 
 def _tune_sqlite(connection: object, _: object) -> None:
@@ -105,6 +202,22 @@ def _tune_sqlite(connection: object, _: object) -> None:
     cursor.close()
 
 
+def _is_server(engine: Engine) -> bool:
+    return engine.dialect.name == POSTGRESQL
+
+
+def _told(error: DatabaseError) -> str:
+    """What the database said, on one line."""
+    return " ".join(str(error.orig).split()).rstrip(".")
+
+
+def _shown(url: URL) -> str:
+    """An address without what may be secret."""
+    if url.get_backend_name() == POSTGRESQL:
+        return url.set(password=None, query={}, drivername=POSTGRESQL).render_as_string()
+    return url.render_as_string(hide_password=True)
+
+
 def _without_password(url: str) -> str:
     scheme, found, rest = url.partition("://")
-    return f"{scheme}://{rest.rpartition('@')[2]}" if found else url
+    return f"{scheme}://{rest.rpartition('@')[2].partition('?')[0]}" if found else url

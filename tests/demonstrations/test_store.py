@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sqlalchemy import update
 
+from evastudio.demonstrations import schema
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import TakeData
 from evastudio.demonstrations.replay import replay_take
@@ -134,15 +136,13 @@ def test_a_name_that_cannot_be_shown_is_refused(store: Store, scene: Scene, name
         store.create_session(scene, name, "test", 0.0)
 
 
-def test_what_was_written_is_there_for_the_next_who_opens(
-    workspace: Workspace, scene: Scene
-) -> None:
-    with Store(workspace.store_url) as first:
+def test_what_was_written_is_there_for_the_next_who_opens(store_url: str, scene: Scene) -> None:
+    with Store(store_url) as first:
         session = first.create_session(scene, "Kept", "test", 0.0)
         take = demonstrate(first, session, scene, 1, 12)
         before = first.load_take(take)
         identity = first.identity
-    with Store(workspace.store_url) as second:
+    with Store(store_url) as second:
         after: TakeData = second.load_take(take)
         assert second.identity == identity
     assert np.array_equal(before.actions, after.actions)
@@ -186,34 +186,20 @@ def test_damage_that_shows_only_later_is_told_as_a_sentence(
         store.session(session)
 
 
-def test_programs_that_open_a_new_store_at_once_share_it(workspace: Workspace) -> None:
+def test_programs_that_open_a_new_store_at_once_share_it(store_url: str) -> None:
     together = threading.Barrier(8)
 
     def open_it(_: int) -> str:
         together.wait()
-        with Store(workspace.store_url) as store:
+        with Store(store_url) as store:
             return store.identity
 
     with ThreadPoolExecutor(8) as threads:
         assert len(set(threads.map(open_it, range(8)))) == 1
 
 
-def test_a_newer_store_is_refused(workspace: Workspace) -> None:
-    Store(workspace.store_url).close()
-    with sqlite3.connect(workspace.root / "studio.db") as connection:
-        connection.execute("update evastudio_store set version = 99")
-    connection.close()
+def test_a_newer_store_is_refused(store_url: str) -> None:
+    with Store(store_url) as store, store.engine.begin() as connection:
+        connection.execute(update(schema.store).values(version=99))
     with pytest.raises(StorageError, match="version 99"):
-        Store(workspace.store_url)
-
-
-@pytest.mark.parametrize("url", ["nonsense", "nodb://x/y", "sqlite:////no/such/folder/studio.db"])
-def test_an_address_that_leads_nowhere_is_refused(url: str) -> None:
-    with pytest.raises(StorageError, match="session store"):
-        Store(url)
-
-
-def test_a_password_is_not_told(tmp_path: Path) -> None:
-    with pytest.raises(StorageError) as told:
-        Store("nodb://someone:secret@host/base")
-    assert "secret" not in str(told.value)
+        Store(store_url)

@@ -31,20 +31,17 @@ def compared(scene: Scene, seed: int = 2) -> Comparison:
     )
 
 
-def test_an_evaluation_comes_back_as_it_was(
-    asteroids: Callable[..., Scene], tmp_path: Path
-) -> None:
-    with Store(f"sqlite:///{tmp_path / 'studio.db'}") as store:
-        first = compared(asteroids(density=6.0))
-        number = save_evaluation(store, first, {"seed": 2}, 12.5)
-        record, back = find_evaluation(store, number)
-        assert back.to_json() == first.to_json() == record.result
-        assert differing(first, back) == []
-        assert (record.scene, record.created_at, record.asked) == ("asteroids", 12.5, {"seed": 2})
-        assert record.versions == versions()
-        other = save_evaluation(store, compared(asteroids(density=5.0)), {}, 13.0)
-        assert [one.id for one in evaluations(store)] == [other, number]
-        assert evaluations(store, "crowd") == []
+def test_an_evaluation_comes_back_as_it_was(asteroids: Callable[..., Scene], store: Store) -> None:
+    first = compared(asteroids(density=6.0))
+    number = save_evaluation(store, first, {"seed": 2}, 12.5)
+    record, back = find_evaluation(store, number)
+    assert back.to_json() == first.to_json() == record.result
+    assert differing(first, back) == []
+    assert (record.scene, record.created_at, record.asked) == ("asteroids", 12.5, {"seed": 2})
+    assert record.versions == versions()
+    other = save_evaluation(store, compared(asteroids(density=5.0)), {}, 13.0)
+    assert [one.id for one in evaluations(store)] == [other, number]
+    assert evaluations(store, "crowd") == []
 
 
 def test_what_differs_is_named(asteroids: Callable[..., Scene]) -> None:

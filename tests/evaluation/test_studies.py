@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from evastudio.demonstrations.store import Store
@@ -11,15 +9,14 @@ from evastudio.errors import InvalidInputError
 from evastudio.evaluation.studies import Study, save_study, studies
 
 
-def test_studies_are_read_in_the_order_they_were_kept(tmp_path: Path) -> None:
+def test_studies_are_read_in_the_order_they_were_kept(store: Store) -> None:
     told = [
         Study("asteroids", "nobody, a test", 180.0, 570.0, "asteroids-careful"),
         Study("crowd", "nobody, a test", None, 720.0),
     ]
-    with Store(f"sqlite:///{tmp_path / 'studio.db'}") as store:
-        assert studies(store) == []
-        assert [save_study(store, one, 5.0) for one in told] == [1, 2]
-        assert studies(store) == told
+    assert studies(store) == []
+    assert [save_study(store, one, 5.0) for one in told] == [1, 2]
+    assert studies(store) == told
 
 
 def test_times_that_cannot_be_are_refused() -> None:
