@@ -1,8 +1,7 @@
-"""Routes: sessions, their takes, and the work on them."""
+"""Routes: sessions and the work on them."""
 
 from __future__ import annotations
 
-import contextlib
 import time
 
 from fastapi import APIRouter, status
@@ -11,9 +10,8 @@ from evastudio.api.context import Studio
 from evastudio.api.models.common import Page
 from evastudio.api.models.jobs import JobOut
 from evastudio.api.models.sessions import CleanIn, DiagnoseIn, FitIn, SessionIn, SessionOut, TuneIn
-from evastudio.api.models.takes import TakeOut
 from evastudio.demonstrations.records import SessionRecord
-from evastudio.errors import ConflictError, InvalidInputError
+from evastudio.errors import InvalidInputError
 from evastudio.learning.catalog import checked_policy_name, policy_name_from
 from evastudio.learning.policy import find_learner
 from evastudio.learning.tuning import AUTO
@@ -42,28 +40,6 @@ def create_session(body: SessionIn, studio: Studio) -> SessionOut:
 def get_session(session: int, studio: Studio) -> SessionOut:
     """One session."""
     return SessionOut.model_validate(studio.store.session(session))
-
-
-@router.get("/sessions/{session}/takes")
-def list_takes(session: int, studio: Studio, trashed: bool | None = None) -> Page[TakeOut]:
-    """Its takes in order: all of them, or only kept or trashed ones."""
-    studio.store.session(session)
-    takes = studio.store.takes(session, trashed)
-    return Page(items=[TakeOut.model_validate(take) for take in takes])
-
-
-@router.post("/takes/{take}/trash")
-def trash_take(take: int, studio: Studio) -> TakeOut:
-    """Leave a take out until it is restored."""
-    studio.store.trash_take(take, time.time())
-    return _changed(take, studio)
-
-
-@router.post("/takes/{take}/restore")
-def restore_take(take: int, studio: Studio) -> TakeOut:
-    """Bring a take back."""
-    studio.store.restore_take(take)
-    return _changed(take, studio)
 
 
 @router.post("/sessions/{session}/clean", status_code=status.HTTP_202_ACCEPTED)
@@ -137,11 +113,3 @@ def _need_pairs(session: int, studio: Studio) -> SessionRecord:
             f"Session {record.name!r} has no pairs: no take is kept. Record a take first."
         )
     return record
-
-
-def _changed(take: int, studio: Studio) -> TakeOut:
-    record = studio.store.take(take)
-    for stage in studio.stages.all():
-        with contextlib.suppress(ConflictError):  # it closes at this moment
-            stage.refresh()
-    return TakeOut.model_validate(record)

@@ -160,8 +160,8 @@ class Store:
                 )
             )
 
-    def finish_take(self, take: int, outcome: str, now: float) -> None:
-        """Write how a take ended."""
+    def finish_take(self, take: int, outcome: str | None, now: float) -> None:
+        """Write how a take ended; `outcome` None where it was broken off."""
         self._change_take(take, outcome=outcome, ended_at=now)
 
     def trash_take(self, take: int, now: float) -> None:
@@ -196,6 +196,8 @@ class Store:
 
     def take(self, take: int) -> TakeRecord:
         """One take. Raises NotFoundError."""
+        if not 0 < take <= LARGEST_ID:
+            raise _no_take(take)
         with self.engine.connect() as connection:
             row = connection.execute(takes_query().where(schema.takes.c.id == take)).one_or_none()
         if row is None:

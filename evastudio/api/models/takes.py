@@ -3,20 +3,83 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Annotated
 
-from evastudio.api.models.common import Model
+from pydantic import Field, FiniteFloat
+
+from evastudio.api.models.common import Model, Name, Options, Seed
+from evastudio.live.enacting import MOST_STEPS
+
+Step = Annotated[int, Field(ge=0, lt=2**31)]
+Row = Annotated[list[FiniteFloat], Field(min_length=1, max_length=64)]
+Rows = Annotated[list[Row], Field(min_length=1, max_length=MOST_STEPS)]
+Crowd = Annotated[
+    list[Annotated[list[Row], Field(max_length=10_000)]], Field(max_length=MOST_STEPS)
+]
 
 
 class TakeOut(Model):
     id: int
     session: int
     number: int
+    """Its place in the session, from 1."""
     scene_version: int
     seed: int
+    """Of its world; -1 where the world was recorded elsewhere."""
     options: Mapping[str, float]
     pilot: str
     pairs: int
     seconds: float
     outcome: str | None
+    """None while it is being recorded, and where it was broken off."""
     started_at: float
+    """Seconds since the epoch."""
     trashed: bool
+
+
+class TakeIn(Model):
+    pilot: Annotated[str, Field(min_length=1, max_length=80)] = "program"
+    """Who acts, for people who read the list of takes."""
+    seed: Seed | None = None
+    """Of the world; any where none is given."""
+    options: Options
+    perception: Name | None = None
+    """Through which the states are kept that are answered; the scene's first where none is named.
+    Snapshots are kept too, so a policy can be fitted under another one."""
+
+
+class ActionsIn(Model):
+    first_step: Step
+    """The step that the first action is for: how many the take has so far."""
+    actions: Rows | Crowd
+    """One row for each step, in the world's frame; of many characters the lead's alone, or a list
+    of rows, one for each."""
+    states: Rows | None = None
+    """What the program saw before each action. Compared with what there was, where given."""
+
+
+class StandingOut(Model):
+    take: int
+    pairs: int
+    """Steps written; the next actions begin with this one."""
+    accepted: int
+    """Of the actions given, how many are in the take; fewer where the world ended before."""
+    closed: bool
+    outcome: str | None
+    """How the world ended, computed by the scene; None where it has not."""
+    state: list[float]
+    """What the character perceives now, under the take's perception."""
+
+
+class EmptiedOut(Model):
+    takes: int
+    """How many were deleted for good."""
+
+
+class RecordingOut(Model):
+    take: int
+    seed: int
+    states: list[list[float]]
+    """What was perceived at each step."""
+    actions: list[list[float]] | list[list[list[float]]]
+    """What was done then, in the world's frame; of many characters that of all."""

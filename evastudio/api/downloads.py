@@ -1,0 +1,46 @@
+"""Downloads: with an ETag, so that who has the same already is told so (RFC 9110, 13.1)."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from fastapi import Request, Response
+
+BINARY: Mapping[str, Any] = {"schema": {"type": "string", "format": "binary"}}
+TEXT: Mapping[str, Any] = {"schema": {"type": "string"}}
+
+
+def etag_of(*parts: object) -> str:
+    """The ETag of content that follows from `parts`."""
+    return f'"{hashlib.sha256(repr(parts).encode()).hexdigest()[:32]}"'
+
+
+def matches(header: str, etag: str) -> bool:
+    """Whether an If-None-Match or If-Match header names `etag`."""
+    named = [one.strip().removeprefix("W/") for one in header.split(",")]
+    return etag in named or "*" in named
+
+
+def download(
+    request: Request, etag: str, name: str, media_type: str, content: Callable[[], bytes]
+) -> Response:
+    """The bytes of `content` as a file called `name`, or 304 where the client has them."""
+    headers = {
+        "ETag": etag,
+        "Cache-Control": "private, no-cache",
+        "Content-Disposition": f'attachment; filename="{name}"',
+    }
+    if matches(request.headers.get("if-none-match", ""), etag):
+        return Response(status_code=304, headers=headers)
+    return Response(content(), media_type=media_type, headers=headers)
+
+
+def downloadable(contents: Mapping[str, Mapping[str, Any]]) -> dict[int | str, dict[str, Any]]:
+    """What OpenAPI says of a download: `contents` by media type."""
+    etag = {"ETag": {"description": "Of this content.", "schema": {"type": "string"}}}
+    return {
+        200: {"description": "The content.", "content": dict(contents), "headers": etag},
+        304: {"description": "The client has it already: If-None-Match named its ETag."},
+    }
