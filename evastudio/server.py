@@ -22,17 +22,14 @@ from evastudio.api.access import Door, Guard
 from evastudio.api.app import api_router
 from evastudio.api.context import Context
 from evastudio.demonstrations.store import Store
-from evastudio.errors import InvalidInputError
+from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.live.jobs import Job, Jobs
-from evastudio.live.live_stage import LiveStage
 from evastudio.live.stages import Stages
 from evastudio.settings import Settings
 from evastudio.studio.client import client_page
-from evastudio.studio.view import View
+from evastudio.studio.views import Views
 from evastudio.workspace import shipped
-from evastudio.world.bodies import Camera
 from evastudio.world.compiled import is_compiled
-from evastudio.world.snapshot import Snapshot
 
 WEBSOCKET_BYTES = 64 * 2**20
 """Pictures of a view come back through its websocket."""
@@ -47,7 +44,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     """
     workspace = settings.workspace.ready()
     store = Store(workspace.store_url)
-    views: dict[str, View] = {}
+    views = Views()
 
     @contextlib.asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -62,23 +59,8 @@ def create_app(settings: Settings, port: int) -> FastAPI:
             for listener in list(context.job_listeners):
                 listener(job)
 
-        def open_view(stage: LiveStage) -> None:
-            views[stage.name] = view = View(stage.scene, loop)
-
-            def show(snapshot: Snapshot, fresh: bool, camera: Camera) -> None:
-                view.scene = stage.scene
-                view.show(snapshot, fresh, camera)
-
-            stage.watch(show)
-
-        def close_view(stage: str) -> None:
-            view = views.pop(stage, None)
-            if view is not None:
-                view.close()
-
         context = Context(workspace, store, Jobs(job_changed), Stages(workspace, store))
-        context.stage_opened.append(open_view)
-        context.stage_closed.append(close_view)
+        context.stage_closed.append(views.close)
         app.state.context = context
         compiler = None
         if not is_compiled():
@@ -89,8 +71,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
             compiler.kill()
             await asyncio.to_thread(compiler.wait)
         await asyncio.to_thread(context.stages.close_all)
-        for stage in list(views):
-            close_view(stage)
+        views.close_all()
         await asyncio.to_thread(context.jobs.close)
         store.close()
 
@@ -118,11 +99,12 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     @app.websocket("/view/{stage}")
     @app.websocket("/view/{stage}/")
     async def view_socket(websocket: WebSocket, stage: str) -> None:
-        view = views.get(stage)
-        if view is None:
+        try:
+            found = websocket.app.state.context.stages.get(stage)
+        except NotFoundError:
             await websocket.close(4404, "There is no such stage; load the page again.")
             return
-        await view.handle(websocket)
+        await views.handle(found, websocket)
 
     app.mount("/web", StaticFiles(directory=web), name="web")
     app.add_middleware(Guard, door=Door(settings.host, port, settings.token))

@@ -13,7 +13,6 @@ from starlette.requests import HTTPConnection
 from evastudio.api.attendance import Attendance
 from evastudio.demonstrations.store import Store
 from evastudio.live.jobs import Job, Jobs
-from evastudio.live.live_stage import LiveStage
 from evastudio.live.stages import Stages
 from evastudio.workspace import Workspace
 
@@ -26,7 +25,6 @@ class Context:
     store: Store
     jobs: Jobs
     stages: Stages
-    stage_opened: list[Callable[[LiveStage], None]] = field(default_factory=list)
     stage_closed: list[Callable[[str], None]] = field(default_factory=list)
     job_listeners: set[Callable[[Job], None]] = field(default_factory=set)
     attendances: dict[str, Attendance] = field(default_factory=dict)

@@ -34,12 +34,6 @@ async def open_stage(body: StageIn, studio: Studio) -> StageOut:
     stage = await asyncio.to_thread(
         studio.stages.open, body.scene, body.options, body.session, body.seed
     )
-    try:
-        for hook in studio.stage_opened:
-            hook(stage)
-    except BaseException:
-        await _close(stage.name, studio)
-        raise
 
     def close() -> None:
         studio.background(_close_idle(stage.name, studio))

@@ -31,7 +31,8 @@ logger = logging.getLogger(__name__)
 T = TypeVar("T")
 
 STATUS_S = 0.125
-"""While a stage moves its status is told this often, and at once when it changes phase."""
+"""While a stage moves its status is told this often, and at once when it changes phase; what others
+change, as a store that takes pairs again, is seen within this time."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,7 @@ class LiveStage:
         self._told: tuple[Any, ...] = ()
         self._fault: str | None = None
         self._undrawn = False
+        self._watching: dict[Frame, Frame] = {}
         self._held: dict[object, frozenset[str]] = {}
         self._thread = threading.Thread(target=self._run, name=f"stage-{name}", daemon=True)
         self._thread.start()
@@ -219,9 +221,10 @@ class LiveStage:
         self._post(change)
 
     def watch(self, show: Frame) -> None:
-        """Call `show` on the stage's thread with what to draw, from now on.
+        """Call `show` on the stage's thread with what to draw, from now on until `unwatch`.
 
-        A frame that cannot be drawn is dropped: nobody's take ends for it.
+        It returns once the present frame was drawn. A frame that cannot be drawn is dropped:
+        nobody's take ends for it. While nobody watches nothing is drawn.
         """
 
         def drawn(snapshot: Snapshot, fresh: bool, camera: Camera) -> None:
@@ -232,7 +235,16 @@ class LiveStage:
                     logger.exception("Stage %s cannot be drawn", self.name)
                 self._undrawn = True
 
-        self.call(lambda: self._stage.on_frame.append(drawn))
+        def begin() -> None:
+            self._watching[show] = drawn
+            self._stage.on_frame.append(drawn)
+            self._advance()
+
+        self.call(begin)
+
+    def unwatch(self, show: Frame) -> None:
+        """Call `show` no more; does not wait."""
+        self._post(lambda: self._stage.on_frame.remove(self._watching.pop(show)))
 
     def refresh(self) -> None:
         """Count the session anew once the recorder has written what it holds, then tell it."""
@@ -299,7 +311,7 @@ class LiveStage:
             if calls:  # a key may have come just before its decision: what it changes is told first
                 self._safely(self._tell_changes)
             recording = self._stage.phase is Phase.RECORDING
-            due = self._advance()
+            due = min(self._advance(), time.monotonic() + STATUS_S)
             if recording and self._stage.phase is Phase.ENDED:
                 self.refresh()
             self._safely(self._tell_changes)

@@ -180,7 +180,7 @@ class Stage:
     # -- time ----------------------------------------------------------------------------------
 
     def advance(self, now: float, wall: float) -> float:
-        """Do what is due at `now`; the time at which to call again."""
+        """Do what is due at `now`; the time at which to call again, infinite where nothing is."""
         if self.phase is Phase.COUNTDOWN and now >= self._countdown_ends:
             self._begin_take(wall)
             self.phase = Phase.RECORDING
@@ -190,12 +190,16 @@ class Stage:
                 self._step(wall)
                 if not self._running:
                     break
-        if now >= self._next_frame:
+        if self.on_frame and now >= self._next_frame:
             self._draw(now)
             self._next_frame += 1.0 / self.scene.render_hz
             if self._next_frame <= now:
                 self._next_frame = now + 1.0 / self.scene.render_hz
-        return min(self._next_frame, self.clock.due) if self._running else self._next_frame
+        return min(
+            self._next_frame if self.on_frame else math.inf,
+            self.clock.due if self._running else math.inf,
+            self._countdown_ends if self.phase is Phase.COUNTDOWN else math.inf,
+        )
 
     def status(self, now: float) -> Status:
         counting = self.phase is Phase.COUNTDOWN
@@ -324,8 +328,6 @@ class Stage:
             self.keys.center()
 
     def _draw(self, now: float) -> None:
-        if not self.on_frame:
-            return
         snapshot = self._after
         if self._running:
             snapshot = self.scene.interpolate(self._before, self._after, self.clock.share(now))

@@ -19,7 +19,7 @@ from evastudio.api.context import Context
 from evastudio.live.live_stage import LiveStage
 from evastudio.server import create_app
 from evastudio.settings import Settings
-from evastudio.studio.view import View
+from evastudio.studio.views import Views
 from evastudio.workspace import Workspace
 
 FLAGS = [
@@ -76,8 +76,8 @@ class Running:
         return found
 
     @property
-    def views(self) -> dict[str, View]:
-        found: dict[str, View] = self.app.state.views
+    def views(self) -> Views:
+        found: Views = self.app.state.views
         return found
 
 

@@ -26,7 +26,8 @@ FRAMES = """count => new Promise(done => {
 
 def camera(studio: Running, frame: Frame, near: np.ndarray | None = None) -> np.ndarray:
     """Where the browser says it looks from; once it is at `near`, where that is given."""
-    (view,) = studio.views.values()
+    (stage,) = studio.context.stages.all()
+    view = studio.views[stage.name]
     for _ in range(200):
         frame.evaluate(FRAMES, 2)
         told = np.array(view.cameras[0]) if view.cameras else None

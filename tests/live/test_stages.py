@@ -59,3 +59,19 @@ def test_a_closed_stage_refuses_and_does_not_hang(stages: Stages) -> None:
         stage.pause()
     with pytest.raises(ConflictError, match="closed"):
         stage.status()
+
+
+def test_a_stage_is_drawn_only_while_somebody_watches(stages: Stages) -> None:
+    stage = stages.open("asteroids", seed=1)
+    moments: list[int] = []
+    stage.watch(show := lambda snapshot, fresh, camera: moments.append(int(snapshot["steps"][0])))
+    assert moments == [0]
+    stage.unwatch(show)
+    stage.play("straight")
+    drawn = len(moments)
+    moved = threading.Event()
+    stage.on_status.append(lambda told: moved.set() if told["steps"] > 3 else None)
+    assert moved.wait(WAIT_S)
+    assert len(moments) == drawn
+    stage.watch(show)
+    assert len(moments) > drawn
