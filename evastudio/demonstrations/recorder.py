@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from evastudio.demonstrations.records import Origin
 from evastudio.demonstrations.store import Store
 from evastudio.errors import NotFoundError
 from evastudio.world.scene import Scene
@@ -41,6 +42,7 @@ class _Running:
     perception: str
     snapshot: Snapshot
     started_at: float
+    origin: Origin | None = None
     pairs: int = 0
     buffer: list[Row] = field(default_factory=list)
     written: int = 0
@@ -84,11 +86,22 @@ class Recorder:
     def can_undo(self) -> bool:
         return self._thrown is not None
 
-    def begin(self, scene: Scene, snapshot: Snapshot, seed: int, pilot: str, now: float) -> None:
-        """Start a take in the world of `snapshot`. A running one is ended as it is."""
+    def begin(
+        self,
+        scene: Scene,
+        snapshot: Snapshot,
+        seed: int,
+        pilot: str,
+        now: float,
+        origin: Origin | None = None,
+    ) -> None:
+        """Start a take in the world of `snapshot`. A running one is ended as it is.
+
+        One that goes on from a moment of another run has that as its `origin`.
+        """
         self.end(None, now)
         name = scene.perception(self._perception).name
-        self._take = _Running(scene, seed, pilot, name, snapshot, now)
+        self._take = _Running(scene, seed, pilot, name, snapshot, now, origin)
 
     def add(self, state: Array, action: Array, snapshot: Snapshot) -> None:
         """One pair and the moment it belongs to: rows of shape (1, n) and (1, m).
@@ -220,6 +233,7 @@ class Recorder:
                 take.pilot,
                 take.snapshot.fixed,
                 take.started_at,
+                take.origin,
             )
         moving: dict[str, AnyArray] = {
             name: np.concatenate([snapshot.moving[name] for _, _, snapshot in rows])

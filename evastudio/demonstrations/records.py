@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -73,6 +73,28 @@ class TakeRecord:
     """None while it is being recorded, and where recording was cut off."""
     started_at: float
     trashed: bool
+    origin: Origin | None
+    """None where it began in a world of its own."""
+    note: str
+    """What a person wrote about it."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a take goes on from, where that is no new world: a moment of some run."""
+
+    step: int
+    """The decision of that run before which it goes on."""
+    take: int | None = None
+    """The take that it forks from; None where the run was not recorded."""
+    policy: str | None = None
+    """The policy that a person took over from: the take corrects it."""
+    seed: int | None = None
+    """Of the world it was in."""
+
+    def later(self, steps: int) -> Origin:
+        """That many decisions on."""
+        return replace(self, step=self.step + steps)
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from sqlalchemy import (
     Text,
 )
 
-VERSION = 3
+VERSION = 4
 """Raised with every change of the tables; a store of a newer version is refused. 2 added the
-evaluations, 3 the studies."""
+evaluations, 3 the studies, 4 where takes come from and what people note of them."""
 
 metadata = MetaData()
 
@@ -59,9 +59,12 @@ takes = Table(
     Column("outcome", String(200)),
     Column("trashed_at", Float),
     Column("fixed", LargeBinary, nullable=False),
+    Column("origin", Text),
+    Column("note", Text),
     Index("takes_number", "session_id", "number", unique=True),
 )
-"""`fixed` holds the unchanging arrays of the world, packed."""
+"""`fixed` holds the unchanging arrays of the world, packed; `origin` is JSON, the moment of another
+run that a take goes on from."""
 
 chunks = Table(
     "chunks",

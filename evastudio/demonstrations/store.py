@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from evastudio.demonstrations.engine import open_engine
 from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.records import (
     Marks,
+    Origin,
     SessionRecord,
     TakeData,
     TakeRecord,
@@ -29,6 +31,7 @@ from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 
 NAME_LENGTH = 200
+NOTE_LENGTH = 2000
 MOVING = "moving."
 LARGEST_ID = 2**31 - 1
 """What an Integer column holds in every database."""
@@ -118,8 +121,12 @@ class Store:
         pilot: str,
         fixed: Mapping[str, AnyArray],
         now: float,
+        origin: Origin | None = None,
     ) -> int:
-        """A new take, without pairs so far; its id. `fixed` are a snapshot's, of one world."""
+        """A new take, without pairs so far; its id. `fixed` are a snapshot's, of one world.
+
+        One that goes on from a moment of another run says so by its `origin`.
+        """
         table = schema.takes
         with self.engine.begin() as connection:
             last = select(func.max(table.c.number)).where(table.c.session_id == session)
@@ -135,6 +142,7 @@ class Store:
                     perception=perception,
                     started_at=now,
                     fixed=pack(fixed),
+                    origin=None if origin is None else json.dumps(asdict(origin)),
                 )
             )
             return _new_id(result.inserted_primary_key)
@@ -171,6 +179,10 @@ class Store:
     def restore_take(self, take: int) -> None:
         """Bring a take back from the trash."""
         self._change_take(take, trashed_at=None)
+
+    def note_take(self, take: int, note: str) -> None:
+        """Write what a person notes of a take, in place of what was noted before."""
+        self._change_take(take, note=checked_note(note))
 
     def empty_trash(self, session: int) -> int:
         """Delete the trashed takes of a session for good; how many there were."""
@@ -288,6 +300,16 @@ class Store:
             )
             for row in rows
         }
+
+
+def checked_note(note: str) -> str:
+    """`note` without blanks around it. Raises InvalidInputError for one that cannot be kept."""
+    note = note.strip()
+    if len(note) > NOTE_LENGTH or any(not (sign.isprintable() or sign == "\n") for sign in note):
+        raise InvalidInputError(
+            f"The note has {len(note)} characters; it may have {NOTE_LENGTH}, all printable."
+        )
+    return note
 
 
 def _checked_name(name: str, what: str) -> str:

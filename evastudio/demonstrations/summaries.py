@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import Connection, Row, Select, case, func, select
 
 from evastudio.demonstrations import schema
-from evastudio.demonstrations.records import CleaningRecord, SessionRecord, TakeRecord
+from evastudio.demonstrations.records import CleaningRecord, Origin, SessionRecord, TakeRecord
 
 
 def takes_query() -> Any:
@@ -42,6 +42,8 @@ def take_record(row: Row[Any]) -> TakeRecord:
         outcome=row.outcome,
         started_at=row.started_at,
         trashed=row.trashed_at is not None,
+        origin=None if row.origin is None else Origin(**json.loads(row.origin)),
+        note=row.note or "",
     )
 
 

@@ -20,8 +20,25 @@ class Actors:
         """Acts for everybody; None where keys decide."""
         self.others: Pilot | None = None
         """Acts for all but the lead while keys decide; None where the others rest."""
+        self.gave_way: Pilot | None = None
+        """Acted for everybody until a person took over."""
         self._memory: Memory = {}
         self._signalled: dict[int, float] = {}
+
+    @property
+    def playing(self) -> str | None:
+        """Name of who acts for everybody, or did before a person took over."""
+        pilot = self.pilot or self.gave_way
+        return None if pilot is None else pilot.name
+
+    def take_over(self) -> None:
+        """Keys decide for the lead from now on, and the pilot for the others."""
+        self.gave_way, self.pilot = self.pilot, None
+        self.others = self.gave_way if self._scene.characters else None
+
+    def hand_back(self) -> None:
+        """Undo `take_over`."""
+        self.pilot, self.gave_way, self.others = self.gave_way, None, None
 
     def give(self, signal: Signal, place: tuple[float, float] | None) -> None:
         """Let the next decision hold `signal`, meant at `place` where it has one."""
@@ -37,6 +54,7 @@ class Actors:
     ) -> None:
         """A new world: who acts in it, with the memory that they begin with."""
         self.pilot, self.others, self._memory = pilot, others, dict(memory or {})
+        self.gave_way = None
         self._signalled = {}
 
     def decide(self, snapshot: Snapshot, interval: tuple[float, float]) -> Array:

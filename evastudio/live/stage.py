@@ -6,20 +6,25 @@ import math
 from collections.abc import Callable
 
 from evastudio.demonstrations.recorder import Recorder
-from evastudio.errors import ConflictError, not_found
+from evastudio.demonstrations.records import RECORDED, Origin
+from evastudio.errors import ConflictError, InvalidInputError, not_found
 from evastudio.live.actors import Actors, begun
 from evastudio.live.clock import Clock
 from evastudio.live.inputs import HeldKeys
+from evastudio.live.reel import Reel
+from evastudio.live.review import Review
 from evastudio.live.sight import Pointer, Sight
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.world.bodies import Camera
-from evastudio.world.cast import led_by, of_lead
+from evastudio.world.cast import LEAD, led_by, of_lead
 from evastudio.world.rollout import Pilot
 from evastudio.world.scene import Percept, Scene
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array, Symbols
 
 COUNTDOWN_S = 3.0
+PACES = (0.25, 1.0)
+"""The slowest that a world's time goes, and the fastest, which is real time."""
 FEW = 1000
 """Among so many characters what a pilot chose for the lead is told; among more it would cost a
 second look at all of them."""
@@ -54,6 +59,7 @@ class Stage:
         self._percept: Percept | None = None
         self._chose: str | None = None
         self._enter(seed)
+        self._review: Review | None = None
         self._next_frame = now
         self._countdown_ends = now
         self._before_pause = Phase.READY
@@ -67,19 +73,27 @@ class Stage:
     # -- commands ------------------------------------------------------------------------------
 
     def demonstrate(
-        self, scene: Scene, seed: int, now: float, wall: float, others: Pilot | None = None
+        self,
+        scene: Scene,
+        seed: int,
+        now: float,
+        wall: float,
+        others: Pilot | None = None,
+        start: Snapshot | None = None,
+        origin: Origin | None = None,
     ) -> None:
         """A new world, a countdown, then every step is recorded. A running take is kept.
 
         Where many share a world, the keys are the lead's and `others` acts for the rest, who stand
-        still where it is None.
+        still where it is None. A take that goes on from a moment of another run begins at `start`,
+        and `origin` says which that is.
         """
         if self.recorder is None:
             raise ConflictError("There is no session to record into. Choose or make one first.")
         memory = {} if others is None else begun(others, scene, seed)
         self.end_take(wall)
         self._set_scene(scene)
-        self._enter(seed)
+        self._enter(seed, start, origin)
         self._actors.enter(others=others, memory=memory)
         self.mode, self.phase = Mode.DEMONSTRATE, Phase.COUNTDOWN
         self._countdown_ends = now + COUNTDOWN_S
@@ -91,11 +105,15 @@ class Stage:
         self._set_scene(scene)
         self._enter(seed)
         self._actors.enter(pilot, memory=memory)
+        self.reel = Reel(scene, Origin(0, policy=pilot.name, seed=seed))
+        self.reel.add(self._after)
         self.mode, self.phase = Mode.PLAY, Phase.PLAYING
         self._start_clock(now)
 
     def pause(self, now: float) -> None:
-        """Hold still: during a countdown, a recording or playback."""
+        """Hold still: during a countdown, a recording, playback or a look back."""
+        if self._review is not None:
+            self._review.roll(0.0, now)
         if self.phase in (Phase.COUNTDOWN, Phase.RECORDING, Phase.PLAYING):
             self._before_pause, self.phase, self._paused_at = self.phase, Phase.PAUSED, now
             self.keys.center()
@@ -104,10 +122,85 @@ class Stage:
 
     def resume(self, now: float) -> None:
         """Go on after a pause, without a jump."""
+        if self._review is not None:
+            self._review.roll(1.0, now)
         if self.phase is Phase.PAUSED:
             self.phase = self._before_pause
             self._countdown_ends += now - self._paused_at
             self._start_clock(now)
+
+    def keep_pace(self, pace: float, now: float) -> None:
+        """Let the world's time go `pace` times as fast; what is recorded is in its own time.
+
+        Raises InvalidInputError outside of `PACES`.
+        """
+        if not PACES[0] <= pace <= PACES[1]:
+            raise InvalidInputError(
+                f"The pace is {pace:g}; it must be from {PACES[0]:g} to {PACES[1]:g}."
+            )
+        self.clock.keep_pace(pace, now)
+
+    def take_over(self, now: float, wall: float) -> None:
+        """The person goes on from here instead of what plays, and every step is recorded.
+
+        What plays goes on acting for the others, where there are any.
+        """
+        if self.phase is not Phase.PLAYING or self._actors.pilot is None:
+            raise ConflictError("Nothing plays that you could take over from. Press Play first.")
+        if self.recorder is None:
+            raise ConflictError("There is no session to record into. Choose or make one first.")
+        self._actors.take_over()
+        self.mode, self.phase = Mode.CORRECT, Phase.RECORDING
+        origin = self.reel.origin_at(self._steps_here)
+        self.recorder.begin(self.scene, self._after, RECORDED, "person", wall, origin)
+
+    def hand_back(self, wall: float) -> None:
+        """What played before goes on from here; the correction is a take of its own."""
+        if self.mode is not Mode.CORRECT or self._actors.gave_way is None:
+            raise ConflictError("You have not taken over from anything.")
+        self.end_take(wall)
+        self.keys.center()
+        self._actors.hand_back()
+        self.mode, self.phase = Mode.PLAY, Phase.PLAYING
+
+    # -- looking back --------------------------------------------------------------------------
+
+    def review(self, reel: Reel, at: float, now: float, wall: float) -> None:
+        """Look back at a run, from step `at` on; a running take is kept as it is."""
+        self.end_take(wall)
+        self._set_scene(reel.scene)
+        self.reel, self._review = reel, Review(reel, at, now)
+        self.mode, self.phase = Mode.REVIEW, Phase.REVIEWING
+        self._sight.forget()
+        self._fresh = True
+        self._look()
+
+    def seek(self, at: float, now: float) -> None:
+        """Look at step `at` of the run, or between two. Raises ConflictError in no look back."""
+        self._looking_back().seek(at, now)
+        self._look()
+
+    def roll(self, speed: float, now: float) -> None:
+        """See `Review.roll`. Raises ConflictError in no look back."""
+        self._looking_back().roll(speed, now)
+
+    def here(self) -> tuple[Snapshot, Origin]:
+        """The moment that one looks at, or the present one, and where it is from."""
+        step = self._steps_here if self._review is None else self._review.step
+        return self.reel.moment(step), self.reel.origin_at(step)
+
+    def _looking_back(self) -> Review:
+        if self._review is None:
+            raise ConflictError("There is nothing that is looked back at. Choose a take first.")
+        return self._review
+
+    def _look(self) -> None:
+        self._steps_here = self._looking_back().step
+        self._before = self._after = self.reel.moment(self._steps_here)
+        self._percept = None
+        self._next_frame = 0.0
+
+    # -- whom and from where -------------------------------------------------------------------
 
     def signal(self, name: str, pointer: Pointer | None = None) -> None:
         """Do what the scene's signal of that name does, with the next decision.
@@ -161,6 +254,9 @@ class Stage:
         thrown = self.recorder is not None and self.recorder.discard(wall)
         if self.mode is Mode.DEMONSTRATE:
             self._rest()
+        elif self.mode is Mode.CORRECT and self.phase is not Phase.ENDED:
+            self.phase = Phase.RECORDING
+            self.hand_back(wall)
         return thrown
 
     def undo(self) -> bool:
@@ -185,6 +281,9 @@ class Stage:
             self._begin_take(wall)
             self.phase = Phase.RECORDING
             self._start_clock(self._countdown_ends)
+        if self._review is not None and self._review.speed:
+            self._review.advance(now)
+            self._look()
         if self._running:
             for _ in self.clock.due_steps(now):
                 self._step(wall)
@@ -202,7 +301,7 @@ class Stage:
         )
 
     def status(self, now: float) -> Status:
-        counting = self.phase is Phase.COUNTDOWN
+        counting, review = self.phase is Phase.COUNTDOWN, self._review
         code = int(self.scene.outcome(self._after)[0])
         outcome = self.scene.outcomes[code] if code else None
         return Status(
@@ -217,8 +316,13 @@ class Stage:
             can_undo=self.recorder is not None and self.recorder.can_undo,
             late_steps=self.clock.late_steps,
             steps=self.clock.steps,
+            pace=self.clock.pace,
+            position_s=None if review is None else review.seconds,
+            length_s=self.reel.last * self.scene.dt_s,
+            speed=0.0 if review is None else review.speed,
+            take=None if review is None else self.reel.origin.take,
             drift_s=self.clock.drift_s,
-            policy=None if self._actors.pilot is None else self._actors.pilot.name,
+            policy=self._actors.playing,
             others=None if self._actors.others is None else self._actors.others.name,
             decision=self.decision,
             decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
@@ -284,13 +388,22 @@ class Stage:
     def _set_scene(self, scene: Scene) -> None:
         self.scene = scene
         self._actors = Actors(scene)
+        self._review = None
 
-    def _enter(self, seed: int) -> None:
+    def _enter(
+        self, seed: int, start: Snapshot | None = None, origin: Origin | None = None
+    ) -> None:
         self.seed = seed
-        if self.scene.characters:
-            self._lead %= self.scene.characters[0]
-        self._after = led_by(self.scene.worlds([seed]), self._lead)
-        self._before = self._after
+        if start is None:
+            if self.scene.characters:
+                self._lead %= self.scene.characters[0]
+            start = led_by(self.scene.worlds([seed]), self._lead)
+        elif self.scene.characters:
+            self._lead = int(start[LEAD][0])
+        self._before = self._after = start
+        self._origin = origin
+        self.reel = Reel(self.scene, origin or Origin(0, seed=seed))
+        self.reel.add(start)
         self._fresh = True
         self._steps_here = 0
         self._actors.enter()
@@ -299,6 +412,7 @@ class Stage:
 
     def _rest(self) -> None:
         self.phase, self.mode = Phase.READY, None
+        self._review = None
         self._enter(self.seed)
         self.keys.center()
 
@@ -308,7 +422,8 @@ class Stage:
 
     def _begin_take(self, wall: float) -> None:
         if self.recorder is not None:
-            self.recorder.begin(self.scene, self._after, self.seed, "person", wall)
+            seed = self.seed if self._origin is None else RECORDED
+            self.recorder.begin(self.scene, self._after, seed, "person", wall, self._origin)
 
     def _step(self, wall: float) -> None:
         actions = self._actors.decide(self._after, self.clock.interval)
@@ -320,6 +435,7 @@ class Stage:
         self._before, self._after = self._after, self.scene.step(self._after, actions)
         self._percept = None
         self._steps_here += 1
+        self.reel.add(self._after)
         code = int(self.scene.outcome(self._after)[0])
         if code:
             if self.recorder is not None:
@@ -331,6 +447,8 @@ class Stage:
         snapshot = self._after
         if self._running:
             snapshot = self.scene.interpolate(self._before, self._after, self.clock.share(now))
+        elif self._review is not None:
+            snapshot = self._review.picture
         camera = self._sight.draw(self.scene, snapshot)
         for show in self.on_frame:
             show(snapshot, self._fresh, camera)

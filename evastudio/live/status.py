@@ -14,11 +14,16 @@ class Phase(StrEnum):
     PAUSED = "paused"
     PLAYING = "playing"
     ENDED = "ended"
+    REVIEWING = "reviewing"
 
 
 class Mode(StrEnum):
     DEMONSTRATE = "demonstrate"
     PLAY = "play"
+    CORRECT = "correct"
+    """A person has taken over from what plays."""
+    REVIEW = "review"
+    """Looking back at a run or a take."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +43,16 @@ class Status:
     can_undo: bool
     late_steps: int
     steps: int
+    pace: float
+    """Seconds of the world's time in one of real time."""
+    position_s: float | None
+    """Where in the run one looks back at, and None where one does not."""
+    length_s: float
+    """How much of the present run, or the one looked back at, is remembered."""
+    speed: float
+    """How fast the look back goes on; 0 where it stands."""
+    take: int | None
+    """The take that is looked back at, where it is one."""
     drift_s: float
     """How far the latest step began after its time."""
     policy: str | None

@@ -1,0 +1,72 @@
+"""What happened in one world, moment by moment, to look back at and to go on from."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from evastudio.demonstrations.records import Origin, TakeData, TakeRecord
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import Snapshot
+
+MOST_BYTES = 256 * 2**20
+"""Of a longer run the beginning is forgotten."""
+
+
+class Reel:
+    """The moments of a run, one for each decision and the last."""
+
+    def __init__(self, scene: Scene, origin: Origin) -> None:
+        """Of a run in `scene` that began as `origin` says."""
+        self.scene = scene
+        self.origin = origin
+        self._moments: deque[Snapshot] = deque()
+        self._forgotten = 0
+        self._bytes = 0
+
+    @classmethod
+    def of_take(cls, scene: Scene, take: TakeRecord, data: TakeData) -> Reel:
+        """A take as it was recorded, in the scene with the options it was made in."""
+        reel = cls(scene, Origin(0, take=take.id))
+        for step in range(data.snapshots.worlds):
+            reel.add(data.snapshots.take(slice(step, step + 1)))
+        last = data.snapshots.take(slice(-1, None))
+        reel.add(scene.step(last, data.actions[-1:]))
+        return reel
+
+    def add(self, moment: Snapshot) -> None:
+        """What comes next."""
+        self._moments.append(moment)
+        self._bytes += _bytes(moment)
+        while self._bytes > MOST_BYTES and len(self._moments) > 2:
+            self._bytes -= _bytes(self._moments.popleft())
+            self._forgotten += 1
+
+    @property
+    def first(self) -> int:
+        """The first step that is remembered."""
+        return self._forgotten
+
+    @property
+    def last(self) -> int:
+        """The step after the last decision."""
+        return self._forgotten + len(self._moments) - 1
+
+    def moment(self, step: int) -> Snapshot:
+        """As it was at that step, or the nearest one that is remembered."""
+        return self._moments[min(max(step, self.first), self.last) - self._forgotten]
+
+    def shown(self, position: float) -> Snapshot:
+        """As it looked at `position`, in steps: between two moments as a view drew it."""
+        position = min(max(position, self.first), self.last)
+        step = int(position)
+        if step == position:
+            return self.moment(step)
+        return self.scene.interpolate(self.moment(step), self.moment(step + 1), position - step)
+
+    def origin_at(self, step: int) -> Origin:
+        """How a take that goes on from that step says where it came from."""
+        return self.origin.later(step)
+
+
+def _bytes(moment: Snapshot) -> int:
+    return sum(array.nbytes for array in moment.moving.values())
