@@ -4,14 +4,48 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from evastudio.api import clips, evaluations, jobs, policies, scenes, sessions, stages, takes
+from evastudio.api import (
+    asking,
+    clips,
+    evaluations,
+    jobs,
+    policies,
+    policy_files,
+    scenes,
+    sessions,
+    stages,
+    takes,
+)
 
 PREFIX = "/api/v1"
+ROOMS = (
+    scenes,
+    sessions,
+    takes,
+    policies,
+    policy_files,
+    asking,
+    evaluations,
+    clips,
+    jobs,
+    stages,
+)
 
 
 def api_router() -> APIRouter:
     """Every route of the API."""
     router = APIRouter(prefix=PREFIX)
-    for part in (scenes, sessions, takes, policies, evaluations, clips, jobs, stages):
+    for part in (
+        scenes,
+        sessions,
+        takes,
+        policies,
+        policy_files,
+        asking,
+        evaluations,
+        clips,
+        jobs,
+        stages,
+    ):
         router.include_router(part.router)
     return router

@@ -13,6 +13,7 @@ from starlette.requests import HTTPConnection
 from evastudio.api.attendance import Attendance
 from evastudio.demonstrations.store import Store
 from evastudio.live.jobs import Job, Jobs
+from evastudio.live.shelf import Shelf
 from evastudio.live.stages import Stages
 from evastudio.workspace import Workspace
 
@@ -29,7 +30,12 @@ class Context:
     job_listeners: set[Callable[[Job], None]] = field(default_factory=set)
     attendances: dict[str, Attendance] = field(default_factory=dict)
     """By the stage's name."""
+    shelf: Shelf = field(init=False)
+    """The policies, as a program asks them."""
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.shelf = Shelf(self.workspace)
 
     def background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run `work` on the event loop, and keep it alive until it is done."""

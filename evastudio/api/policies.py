@@ -49,6 +49,11 @@ def make_switch(body: SwitchIn, studio: Studio) -> JobOut:
 @router.get("/{name}")
 def get_policy(name: str, studio: Studio) -> PolicyOut:
     """One policy."""
+    return described(name, studio)
+
+
+def described(name: str, studio: Studio) -> PolicyOut:
+    """A policy by name. Raises NotFoundError."""
     entries = list_policies(studio.workspace.policy_folders)
     if name not in entries:
         raise not_found("policy", name, entries)

@@ -62,15 +62,20 @@ def find_policy_file(reference: str, folders: Iterable[Path]) -> Path:
     path = Path(reference)
     if path.name.endswith((SUFFIX, SWITCH)) and path.is_file():
         return path
+    return policy_file_called(reference, folders)
+
+
+def policy_file_called(name: str, folders: Iterable[Path]) -> Path:
+    """The file of the policy or switch of that name in `folders`. Raises NotFoundError."""
     names = {
         path.name.removesuffix(suffix): path
         for folder in reversed(tuple(folders))
         for suffix in (SWITCH, SUFFIX)
         for path in folder.glob("*" + suffix)
     }
-    if reference not in names:
-        raise not_found("policy", reference, names)
-    return names[reference]
+    if name not in names:
+        raise not_found("policy", name, names)
+    return names[name]
 
 
 def checked_policy_name(name: str) -> str:

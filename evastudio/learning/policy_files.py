@@ -64,18 +64,22 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
 def load_policy(path: str | Path) -> Policy:
     """The policy in `path`. Raises StorageError, saying what is wrong, for anything else."""
     path = Path(path)
-    data = _read(path, None)
-    header = _header(path, data)
+    return parse_policy(_read(path, None), str(path))
+
+
+def parse_policy(data: bytes, what: str) -> Policy:
+    """The policy that the bytes of a file are. Raises StorageError, calling the file `what`."""
+    header = _header(what, data)
     try:
         arrays: dict[str, AnyArray] = load(data)
     except (SafetensorError, ValueError, KeyError, TypeError, AttributeError) as error:
-        _damaged(path, f"its arrays cannot be read ({error})")
+        _damaged(what, f"its arrays cannot be read ({error})")
     try:
         return _policy(header, arrays)
     except InvalidInputError as error:
-        _damaged(path, str(error))
+        _damaged(what, str(error))
     except (KeyError, TypeError, ValueError, OverflowError) as error:
-        _damaged(path, f"its description is not whole ({type(error).__name__}: {error})")
+        _damaged(what, f"its description is not whole ({type(error).__name__}: {error})")
 
 
 def read_policy_header(path: str | Path) -> dict[str, Any]:
@@ -87,14 +91,14 @@ def read_policy_header(path: str | Path) -> dict[str, Any]:
     start = _read(path, 8)
     length = int.from_bytes(start[:8], "little")
     if len(start) < 8 or length > MAX_HEADER:
-        _damaged(path, "it does not begin as a policy file does")
-    return _header(path, _read(path, 8 + length))
+        _damaged(str(path), "it does not begin as a policy file does")
+    return _header(str(path), _read(path, 8 + length))
 
 
 def _read(path: Path, size: int | None) -> bytes:
     try:
         if path.stat().st_size > MAX_FILE:
-            _damaged(path, f"it is larger than {MAX_FILE // 1_000_000} MB")
+            _damaged(str(path), f"it is larger than {MAX_FILE // 1_000_000} MB")
         with path.open("rb") as file:
             return file.read() if size is None else file.read(size)
     except OSError as error:
@@ -104,31 +108,31 @@ def _read(path: Path, size: int | None) -> bytes:
         ) from None
 
 
-def _damaged(path: Path, reason: str) -> NoReturn:
+def _damaged(what: str, reason: str) -> NoReturn:
     raise StorageError(
-        f"{path} is not a policy that can be used: {reason}. It may be damaged, cut short or "
+        f"{what} is not a policy that can be used: {reason}. It may be damaged, cut short or "
         "made by another program; fit the policy again or take a fresh copy."
     )
 
 
-def _header(path: Path, data: bytes) -> dict[str, Any]:
+def _header(what: str, data: bytes) -> dict[str, Any]:
     length = int.from_bytes(data[:8], "little")
     if len(data) < 8 or length > MAX_HEADER or len(data) < 8 + length:
-        _damaged(path, "it is too short, or does not begin as a policy file does")
+        _damaged(what, "it is too short, or does not begin as a policy file does")
     try:
         outer = json.loads(data[8 : 8 + length].decode("utf-8"))
         header = json.loads(outer["__metadata__"][KEY])
         json.dumps(header, ensure_ascii=False).encode()  # half a letter cannot be told to a page
         version = header["format"]
     except (ValueError, KeyError, TypeError, RecursionError):
-        _damaged(path, "it does not describe an EVA Studio policy")
+        _damaged(what, "it does not describe an EVA Studio policy")
     if isinstance(version, int) and version > FORMAT:
         raise StorageError(
-            f"{path} has policy format {version}, and this studio reads up to {FORMAT}. "
+            f"{what} has policy format {version}, and this studio reads up to {FORMAT}. "
             "Install a newer EVA Studio to use it."
         )
     if version not in READABLE:
-        _damaged(path, f"its format is {version!r}, expected {FORMAT}")
+        _damaged(what, f"its format is {version!r}, expected {FORMAT}")
     return dict(header)
 
 

@@ -107,6 +107,11 @@ def load_switch(path: str | Path) -> Switch:
             f"The switch {path} could not be read: {error.strerror}. Check the name; switches end "
             f"in {SUFFIX}."
         ) from None
+    return parse_switch(data, str(path))
+
+
+def parse_switch(data: bytes, what: str) -> Switch:
+    """The switch that the bytes of a file are. Raises StorageError, calling the file `what`."""
     try:
         if len(data) > MAX_BYTES:
             raise InvalidInputError(f"it is larger than {MAX_BYTES // 1_000_000} MB")
@@ -118,7 +123,7 @@ def load_switch(path: str | Path) -> Switch:
             str(error).rstrip(".") if isinstance(error, InvalidInputError) else "it is not whole"
         )
         raise StorageError(
-            f"{path} is not a switch that can be used: {reason}. It may be damaged, cut short or "
+            f"{what} is not a switch that can be used: {reason}. It may be damaged, cut short or "
             "made by another program; make the switch again or take a fresh copy."
         ) from None
 
