@@ -11,6 +11,7 @@ from evastudio.errors import ConflictError, StudioError, not_found
 from evastudio.live.headless import make_scene
 from evastudio.live.live_stage import LiveStage
 from evastudio.workspace import Workspace
+from evastudio.world import compiled
 
 MAX_STAGES = 60
 
@@ -38,6 +39,8 @@ class Stages:
                 raise ConflictError(
                     f"{MAX_STAGES} stages are open already; close a page that shows one."
                 )
+            if not self._stages:
+                threading.Thread(target=compiled.load, name="loading", daemon=True).start()
             name = secrets.token_hex(6)
             stage = LiveStage(name, self._workspace, self._store, made, seed)
             self._stages[name] = stage

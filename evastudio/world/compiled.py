@@ -17,6 +17,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parents[1]
 _seen: list[bool] = []
+_loaded: list[bool] = []
 
 
 def cache_folder() -> Path:
@@ -33,6 +34,22 @@ def is_compiled() -> bool:
     if not _seen and _mark().is_file():
         _seen.append(True)
     return bool(_seen)
+
+
+def load() -> None:
+    """Load the compiled code of worlds, if it is at hand, and use it for single worlds too.
+
+    It takes half a second of CPU, which pays where worlds are lived through in real time.
+    """
+    if is_compiled() and not _loaded:
+        import evastudio.world.kernels.rocks  # noqa: F401  # numba loads slowly
+
+        _loaded.append(True)
+
+
+def is_loaded() -> bool:
+    """Whether `load` has ended in this process."""
+    return bool(_loaded)
 
 
 def note_compiled() -> None:

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from evastudio.world.compiled import is_compiled
+from evastudio.world.compiled import is_compiled, is_loaded
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
 
@@ -23,7 +23,7 @@ FAR_AWAY = 1e6
 MOST = 8
 """No more rocks than this are ever looked at closely."""
 MANY = 16
-"""From so many worlds on it pays to look by compiled code."""
+"""From so many worlds on it pays to load compiled code; once it is loaded it always pays."""
 
 
 def in_cells(rocks: Array, length: float, half: float) -> dict[str, AnyArray]:
@@ -153,7 +153,7 @@ def smallest(values: Array, count: int) -> NDArray[np.int64]:
 
 def _by_compiled(snapshot: Snapshot, way: Way | None) -> bool:
     if way is None:
-        return snapshot.worlds >= MANY and is_compiled()
+        return is_loaded() or (snapshot.worlds >= MANY and is_compiled())
     return way == "compiled"
 
 
