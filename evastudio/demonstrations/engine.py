@@ -18,11 +18,11 @@ from sqlalchemy import (
     text,
 )
 from sqlalchemy.engine import make_url
-from sqlalchemy.exc import ArgumentError, DatabaseError, SQLAlchemyError
+from sqlalchemy.exc import ArgumentError, DatabaseError, DataError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
 from evastudio.demonstrations.migrations import migrate
-from evastudio.errors import StorageError, StudioError
+from evastudio.errors import InvalidInputError, StorageError, StudioError
 
 SQLITE, POSTGRESQL = "sqlite", "postgresql"
 DRIVERS = {SQLITE: "sqlite+pysqlite", POSTGRESQL: "postgresql+psycopg"}
@@ -78,8 +78,12 @@ def open_engine(url: str) -> Engine:
         raise
 
     def told(context: ExceptionContext) -> Exception | None:
-        if isinstance(context.original_exception, StudioError):  # a value that cannot be kept
-            return context.original_exception
+        refused = (DataError, OverflowError, UnicodeEncodeError)
+        if isinstance(context.sqlalchemy_exception or context.original_exception, refused):
+            return InvalidInputError(
+                f"The session store cannot keep that: {context.original_exception}. Numbers have "
+                "at most 64 bits, and texts the length and the characters of a text."
+            )
         if not isinstance(context.sqlalchemy_exception, DatabaseError):
             return None
         return StorageError(
@@ -88,6 +92,7 @@ def open_engine(url: str) -> Engine:
         )
 
     event.listen(engine, "handle_error", told)
+    event.listen(engine, "before_cursor_execute", _check_texts)
     return engine
 
 
@@ -188,6 +193,18 @@ def _changing(connection: Connection, shown: str) -> None:
             f"The session store {shown!r} keeps text as {encoding}, which does not hold every "
             "name; make its database with ENCODING 'UTF8'."
         )
+
+
+def _check_texts(
+    _: Connection, __: object, ___: str, parameters: Any, ____: object, many: bool
+) -> None:
+    """Refuse the character that SQLite would keep and PostgreSQL does not."""
+    for row in parameters if many else (parameters,):
+        for value in row.values() if isinstance(row, dict) else row:
+            if isinstance(value, str) and "\x00" in value:
+                raise InvalidInputError(
+                    f"The text {value[:40]!r} holds the character NUL; leave it out."
+                )
 
 
 def _tune_sqlite(connection: object, _: object) -> None:

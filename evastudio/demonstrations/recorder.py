@@ -133,7 +133,7 @@ class Recorder:
         self._take, self._last, self._thrown = None, take, None
 
         def finish() -> None:
-            if take.id is not None and outcome is not None:
+            if take.id is not None:
                 self._store.finish_take(take.id, outcome, now)
 
         self._submit(finish)

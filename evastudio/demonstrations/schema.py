@@ -18,7 +18,8 @@ from sqlalchemy import (
 
 VERSION = 4
 """Raised with every change of the tables; a store of a newer version is refused. 2 added the
-evaluations, 3 the studies, 4 where takes come from and what people note of them."""
+evaluations, 3 the studies, 4 where takes come from, what people note of them and what their
+writers call them."""
 
 metadata = MetaData()
 
@@ -58,13 +59,17 @@ takes = Table(
     Column("ended_at", Float),
     Column("outcome", String(200)),
     Column("trashed_at", Float),
-    Column("fixed", LargeBinary, nullable=False),
     Column("origin", Text),
     Column("note", Text),
+    Column("key", String(80)),
+    Column("fixed", LargeBinary, nullable=False),
     Index("takes_number", "session_id", "number", unique=True),
+    Index("takes_key", "key", unique=True),
 )
-"""`fixed` holds the unchanging arrays of the world, packed; `origin` is JSON, the moment of another
-run that a take goes on from."""
+"""`origin` is JSON, the moment of another run that a take goes on from. `key` is what its writer
+calls a take, so that one who was cut off while it began does not begin another. `fixed` holds the
+unchanging arrays of the world, packed: the largest by far, and last, so that listing takes does
+not read past it."""
 
 chunks = Table(
     "chunks",
@@ -75,7 +80,8 @@ chunks = Table(
     Column("arrays", LargeBinary, nullable=False),
     Index("chunks_steps", "take_id", "steps"),
 )
-"""At most half a second of a take each: states, actions and moving arrays, packed."""
+"""States, actions and moving arrays, packed: half a second each while the take runs, joined into
+few when it has ended."""
 
 cleanings = Table(
     "cleanings",

@@ -8,10 +8,11 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from sqlalchemy import delete, func, insert, select, update
+from sqlalchemy import Connection, delete, func, insert, select, update
 
 from evastudio.demonstrations import schema
-from evastudio.demonstrations.engine import open_engine
+from evastudio.demonstrations.chunks import join_chunks, read_chunks, write_chunk
+from evastudio.demonstrations.engine import open_engine, writing
 from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.records import (
     Marks,
@@ -35,6 +36,8 @@ NOTE_LENGTH = 2000
 MOVING = "moving."
 LARGEST_ID = 2**31 - 1
 """What an Integer column holds in every database."""
+TOGETHER = 1000
+"""Rows named in one statement."""
 
 
 class Store:
@@ -75,11 +78,19 @@ class Store:
             result = connection.execute(insert(schema.sessions).values(**values))
             return _new_id(result.inserted_primary_key)
 
-    def sessions(self, scene: str | None = None) -> list[SessionRecord]:
-        """All sessions, newest first; those of one scene where `scene` is given."""
-        query = select(schema.sessions).order_by(schema.sessions.c.id.desc())
+    def sessions(
+        self, scene: str | None = None, *, after: int | None = None, limit: int | None = None
+    ) -> list[SessionRecord]:
+        """All sessions, newest first; those of one scene where `scene` is given.
+
+        A page of them: at most `limit`, from the one that follows the session `after`.
+        """
+        table = schema.sessions
+        query = select(table).order_by(table.c.id.desc()).limit(limit)
         if scene is not None:
-            query = query.where(schema.sessions.c.scene == scene)
+            query = query.where(table.c.scene == scene)
+        if after is not None:
+            query = query.where(table.c.id < after)
         with self.engine.connect() as connection:
             return session_records(connection, query)
 
@@ -122,19 +133,26 @@ class Store:
         fixed: Mapping[str, AnyArray],
         now: float,
         origin: Origin | None = None,
+        key: str | None = None,
     ) -> int:
         """A new take, without pairs so far; its id. `fixed` are a snapshot's, of one world.
 
-        One that goes on from a moment of another run says so by its `origin`.
+        One that goes on from a moment of another run says so by its `origin`. Asked again with
+        the same `key`, it is the take that was begun then. Raises NotFoundError.
         """
         table = schema.takes
-        with self.engine.begin() as connection:
-            last = select(func.max(table.c.number)).where(table.c.session_id == session)
+        with writing(self.engine) as connection:
+            number = next_number(connection, session)
+            if key is not None:
+                begun = connection.execute(select(table.c.id).where(table.c.key == key)).scalar()
+                if begun is not None:
+                    return int(begun)
             result = connection.execute(
                 insert(table).values(
                     session_id=session,
                     scene_version=scene.version,
-                    number=(connection.execute(last).scalar() or 0) + 1,
+                    number=number,
+                    key=key,
                     seed=seed,
                     options=json.dumps(dict(scene.values)),
                     dt_s=scene.dt_s,
@@ -155,22 +173,24 @@ class Store:
         actions: AnyArray,
         moving: Mapping[str, AnyArray],
     ) -> None:
-        """Write the next pairs of a take, all or none of them.
+        """Write the next pairs of a take, all or none of them; the same again changes nothing.
 
         states, actions: shape (steps, n) and (steps, m). moving: arrays of leading axis steps.
+        Raises NotFoundError for a take that was deleted.
         """
         arrays = {MOVING + name: array for name, array in moving.items()}
         packed = pack({"states": states, "actions": actions, **arrays})
-        with self.engine.begin() as connection:
-            connection.execute(
-                insert(schema.chunks).values(
-                    take_id=take, first_step=first_step, steps=len(actions), arrays=packed
-                )
-            )
+        there = select(schema.takes.c.id).where(schema.takes.c.id == take)
+        with writing(self.engine) as connection:
+            if not connection.execute(there.with_for_update(read=True, key_share=True)).first():
+                raise _no_take(take)
+            write_chunk(connection, take, first_step, len(actions), packed)
 
     def finish_take(self, take: int, outcome: str | None, now: float) -> None:
-        """Write how a take ended; `outcome` None where it was broken off."""
+        """Write how a take ended, None where it was broken off; nothing is appended any more."""
         self._change_take(take, outcome=outcome, ended_at=now)
+        with writing(self.engine) as connection:
+            join_chunks(connection, take)
 
     def trash_take(self, take: int, now: float) -> None:
         """Leave a take out of its session until it is restored."""
@@ -190,16 +210,32 @@ class Store:
         gone = select(takes.c.id).where(
             takes.c.session_id == session, takes.c.trashed_at.is_not(None)
         )
-        with self.engine.begin() as connection:
-            ids = list(connection.execute(gone).scalars())
-            for table in (schema.chunks, schema.marks):
-                connection.execute(delete(table).where(table.c.take_id.in_(ids)))
-            connection.execute(delete(takes).where(takes.c.id.in_(ids)))
+        with writing(self.engine) as connection:
+            # Locked: what is brought back meanwhile is not deleted.
+            locked = gone.order_by(takes.c.id).with_for_update()
+            ids = list(connection.execute(locked).scalars())
+            for first in range(0, len(ids), TOGETHER):
+                some = ids[first : first + TOGETHER]
+                for table in (schema.chunks, schema.marks):
+                    connection.execute(delete(table).where(table.c.take_id.in_(some)))
+                connection.execute(delete(takes).where(takes.c.id.in_(some)))
         return len(ids)
 
-    def takes(self, session: int, trashed: bool | None = False) -> list[TakeRecord]:
-        """The takes of a session in order: kept ones, trashed ones, or with None both."""
-        query = takes_query().where(schema.takes.c.session_id == session)
+    def takes(
+        self,
+        session: int,
+        trashed: bool | None = False,
+        *,
+        after: int | None = None,
+        limit: int | None = None,
+    ) -> list[TakeRecord]:
+        """The takes of a session in order: kept ones, trashed ones, or with None both.
+
+        A page of them: at most `limit`, from the one that follows the take `after`.
+        """
+        query = takes_query().where(schema.takes.c.session_id == session).limit(limit)
+        if after is not None:
+            query = query.where(schema.takes.c.id > after)
         if trashed is not None:
             at = schema.takes.c.trashed_at
             query = query.where(at.is_not(None) if trashed else at.is_(None))
@@ -218,20 +254,15 @@ class Store:
 
     def load_take(self, take: int) -> TakeData:
         """The content of a take. Raises NotFoundError, and StorageError where it is damaged."""
-        chunks = schema.chunks
+        if not 0 < take <= LARGEST_ID:
+            raise _no_take(take)
         with self.engine.connect() as connection:
             packed = connection.execute(
                 select(schema.takes.c.fixed).where(schema.takes.c.id == take)
             ).scalar_one_or_none()
-            rows = connection.execute(
-                select(chunks.c.arrays)
-                .where(chunks.c.take_id == take)
-                .order_by(chunks.c.first_step)
-            ).scalars()
-            parts = [unpack(data, f"recording of take {take}") for data in rows]
-        if packed is None or not parts:
+            joined = read_chunks(connection, take)
+        if packed is None or not joined:
             raise _no_take(take)
-        joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         steps = len(joined["actions"])
         fixed = {
             name: np.broadcast_to(array, (steps, *array.shape[1:]))
@@ -265,22 +296,25 @@ class Store:
                 )
             )
             cleaning = _new_id(result.inserted_primary_key)
-            for take, mask in marks.items():
-                connection.execute(
-                    insert(schema.marks).values(
-                        cleaning_id=cleaning,
-                        take_id=take,
-                        pairs=len(mask),
-                        removed=int(mask.sum()),
-                        mask=np.packbits(mask).tobytes(),
-                    )
-                )
+            rows = [
+                {
+                    "cleaning_id": cleaning,
+                    "take_id": take,
+                    "pairs": len(mask),
+                    "removed": int(mask.sum()),
+                    "mask": np.packbits(mask).tobytes(),
+                }
+                for take, mask in marks.items()
+            ]
+            if rows:
+                connection.execute(insert(schema.marks), rows)
         return cleaning
 
     def undo_cleaning(self, session: int) -> bool:
         """Take the cleaning in force back; the one before it, if any, is in force again."""
-        with self.engine.begin() as connection:
-            cleaning = connection.execute(cleaning_query(session)).scalar_one_or_none()
+        with writing(self.engine) as connection:
+            locked = cleaning_query(session).with_for_update()
+            cleaning = connection.execute(locked).scalar_one_or_none()
             if cleaning is None:
                 return False
             connection.execute(delete(schema.marks).where(schema.marks.c.cleaning_id == cleaning))
@@ -300,6 +334,19 @@ class Store:
             )
             for row in rows
         }
+
+
+def next_number(connection: Connection, session: int) -> int:
+    """The number of a session's next take, which nobody else gets before this transaction ends.
+
+    Raises NotFoundError.
+    """
+    sessions, takes = schema.sessions, schema.takes
+    mine = select(sessions.c.id).where(sessions.c.id == session)
+    if connection.execute(mine.with_for_update(key_share=True)).first() is None:
+        raise NotFoundError(f"There is no session {session}; choose or make another.")
+    last = select(func.max(takes.c.number)).where(takes.c.session_id == session)
+    return int(connection.execute(last).scalar() or 0) + 1
 
 
 def checked_note(note: str) -> str:

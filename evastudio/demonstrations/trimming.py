@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 
-from sqlalchemy import func, insert, select, update
+from sqlalchemy import insert, select, update
 
 from evastudio.demonstrations import schema
+from evastudio.demonstrations.engine import writing
 from evastudio.demonstrations.packing import pack
 from evastudio.demonstrations.records import RECORDED, Origin
-from evastudio.demonstrations.store import MOVING, Store
+from evastudio.demonstrations.store import MOVING, Store, next_number
 from evastudio.errors import InvalidInputError
 
 
@@ -32,12 +33,13 @@ def keep_last(store: Store, take: int, seconds: float, now: float) -> int:
     arrays = {MOVING + name: array[first:] for name, array in data.snapshots.moving.items()}
     packed = pack({"states": data.states[first:], "actions": data.actions[first:], **arrays})
     takes = schema.takes
-    with store.engine.begin() as connection:
+    with writing(store.engine) as connection:
+        number = next_number(connection, record.session)
         old = connection.execute(select(takes).where(takes.c.id == take)).one()._asdict()
-        last = select(func.max(takes.c.number)).where(takes.c.session_id == record.session)
         origin = Origin(first, take=take, seed=None if record.seed == RECORDED else record.seed)
         changed = {
-            "number": (connection.execute(last).scalar() or 0) + 1,
+            "number": number,
+            "key": None,
             "seed": RECORDED,
             "started_at": record.started_at + first * dt_s,
             "trashed_at": None,

@@ -52,11 +52,22 @@ def save_evaluation(
     return int((made.inserted_primary_key or (0,))[0])
 
 
-def evaluations(store: Store, scene: str | None = None) -> list[EvaluationRecord]:
-    """All evaluations, newest first; those of one scene where `scene` is given."""
+def evaluations(
+    store: Store,
+    scene: str | None = None,
+    *,
+    after: int | None = None,
+    limit: int | None = None,
+) -> list[EvaluationRecord]:
+    """All evaluations, newest first; those of one scene where `scene` is given.
+
+    A page of them: at most `limit`, from the one that follows the evaluation `after`.
+    """
     table = schema.evaluations
     columns = [column for column in table.c if column.name != "arrays"]
-    query = select(*columns).order_by(table.c.id.desc())
+    query = select(*columns).order_by(table.c.id.desc()).limit(limit)
+    if after is not None:
+        query = query.where(table.c.id < after)
     if scene is not None:
         query = query.where(table.c.scene == scene)
     with store.engine.connect() as connection:

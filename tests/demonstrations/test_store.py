@@ -203,3 +203,109 @@ def test_a_newer_store_is_refused(store_url: str) -> None:
         connection.execute(update(schema.store).values(version=99))
     with pytest.raises(StorageError, match="version 99"):
         Store(store_url)
+
+
+def begin(store: Store, session: int, scene: Scene, key: str | None = None) -> int:
+    fixed = scene.worlds([1]).fixed
+    return store.begin_take(session, scene, "canonical", 1, "test", fixed, 1.0, key=key)
+
+
+def test_takes_and_sessions_come_in_pages(store: Store, scene: Scene, session: int) -> None:
+    ids = [begin(store, session, scene) for _ in range(5)]
+    store.trash_take(ids[1], 2.0)
+    assert [take.id for take in store.takes(session, limit=2)] == [ids[0], ids[2]]
+    assert [take.id for take in store.takes(session, after=ids[2], limit=2)] == ids[3:]
+    assert [take.id for take in store.takes(session, None, after=ids[0], limit=2)] == ids[1:3]
+    assert store.takes(session, after=ids[4]) == []
+    more = [store.create_session(scene, f"Session {i}", "test", 0.0) for i in range(3)]
+    assert [one.id for one in store.sessions(limit=2)] == [more[2], more[1]]
+    assert [one.id for one in store.sessions(after=more[1])] == [more[0], session]
+    assert store.sessions("crowd", limit=2) == []
+
+
+def test_a_take_begun_again_with_its_key_is_the_same(
+    store: Store, scene: Scene, session: int
+) -> None:
+    first = begin(store, session, scene, "a key")
+    assert begin(store, session, scene, "a key") == first
+    assert begin(store, session, scene, "another") != first
+    assert begin(store, session, scene) != begin(store, session, scene)
+
+
+def test_takes_begun_at_once_have_a_number_each(store_url: str, scene: Scene) -> None:
+    writers, takes = 4, 10
+    together = threading.Barrier(writers)
+    with Store(store_url) as store:
+        session = store.create_session(scene, "Busy", "test", 0.0)
+
+    def write(_: int) -> None:
+        with Store(store_url) as store:
+            together.wait()
+            for _ in range(takes):
+                begin(store, session, scene)
+
+    with ThreadPoolExecutor(writers) as threads:
+        list(threads.map(write, range(writers)))
+    with Store(store_url) as store:
+        numbers = [take.number for take in store.takes(session)]
+    assert sorted(numbers) == list(range(1, writers * takes + 1))
+
+
+def test_a_take_brought_back_while_the_trash_is_emptied_is_whole_or_gone(
+    store_url: str, scene: Scene
+) -> None:
+    together = threading.Barrier(2)
+    with Store(store_url) as store, ThreadPoolExecutor(2) as threads:
+        session = store.create_session(scene, "Trash", "test", 0.0)
+        for seed in range(4):
+            take = demonstrate(store, session, scene, seed, 10)
+            store.trash_take(take, 3.0)
+
+            def restore(take: int = take) -> bool:
+                together.wait()
+                try:
+                    store.restore_take(take)
+                except NotFoundError:
+                    return False
+                return True
+
+            def empty() -> int:
+                together.wait()
+                return store.empty_trash(session)
+
+            brought_back, emptied = threads.submit(restore), threads.submit(empty)
+            assert brought_back.result() != bool(emptied.result())
+            if brought_back.result():
+                assert len(store.load_take(take).actions) == 10
+                store.trash_take(take, 4.0)
+                assert store.empty_trash(session) == 1
+
+
+def test_a_take_needs_a_session(store: Store, scene: Scene) -> None:
+    with pytest.raises(NotFoundError, match="no session 77"):
+        begin(store, 77, scene)
+
+
+@pytest.mark.parametrize("take", [0, -1, 2**31, 2**63, 2**70])
+def test_numbers_that_no_take_has(store: Store, take: int) -> None:
+    for ask in (store.take, store.load_take, store.restore_take):
+        with pytest.raises(NotFoundError, match="no take"):
+            ask(take)
+
+
+def test_text_that_a_database_cannot_hold_is_refused(
+    store: Store, scene: Scene, session: int
+) -> None:
+    for text in ("a\x00b", "\ud800"):
+        with pytest.raises(InvalidInputError):
+            store.create_session(scene, "Name", "test", 0.0, made_by=text)
+        with pytest.raises(InvalidInputError):
+            store.sessions(text)
+        with pytest.raises(InvalidInputError):
+            store.session(text)
+        with pytest.raises(InvalidInputError):
+            store.finish_take(begin(store, session, scene), text, 1.0)
+    store.save_cleaning(session, {"text": "a\x00b"}, {}, 1.0)
+    cleaning = store.session(session).cleaning
+    assert cleaning is not None
+    assert cleaning.settings == {"text": "a\x00b"}
