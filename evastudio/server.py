@@ -71,6 +71,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
             compiler.kill()
             await asyncio.to_thread(compiler.wait)
         await asyncio.to_thread(context.stages.close_all)
+        await asyncio.to_thread(context.worlds.close_all)
         views.close_all()
         await asyncio.to_thread(context.jobs.close)
         store.close()

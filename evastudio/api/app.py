@@ -15,6 +15,7 @@ from evastudio.api import (
     sessions,
     stages,
     takes,
+    worlds,
 )
 
 PREFIX = "/api/v1"
@@ -29,23 +30,13 @@ ROOMS = (
     clips,
     jobs,
     stages,
+    worlds,
 )
 
 
 def api_router() -> APIRouter:
     """Every route of the API."""
     router = APIRouter(prefix=PREFIX)
-    for part in (
-        scenes,
-        sessions,
-        takes,
-        policies,
-        policy_files,
-        asking,
-        evaluations,
-        clips,
-        jobs,
-        stages,
-    ):
+    for part in ROOMS:
         router.include_router(part.router)
     return router

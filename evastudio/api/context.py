@@ -15,6 +15,7 @@ from evastudio.demonstrations.store import Store
 from evastudio.live.jobs import Job, Jobs
 from evastudio.live.shelf import Shelf
 from evastudio.live.stages import Stages
+from evastudio.live.worlds import Worlds
 from evastudio.workspace import Workspace
 
 
@@ -32,10 +33,12 @@ class Context:
     """By the stage's name."""
     shelf: Shelf = field(init=False)
     """The policies, as a program asks them."""
+    worlds: Worlds = field(init=False)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.shelf = Shelf(self.workspace)
+        self.worlds = Worlds(self.workspace, self.store)
 
     def background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run `work` on the event loop, and keep it alive until it is done."""

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, StudioError
+from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_pilot
 from evastudio.live.stage import Frame, Stage
@@ -89,17 +90,7 @@ class LiveStage:
         if session is None:
             return
         record = self._store.session(session)
-        if record.scene != self._stage.scene.name:
-            raise ConflictError(
-                f"Session {record.name!r} is of scene {record.scene!r}; this stage shows "
-                f"{self._stage.scene.name!r}. Choose one of this scene."
-            )
-        if record.scene_version != self._stage.scene.version:
-            raise ConflictError(
-                f"Session {record.name!r} is of version {record.scene_version} of the scene, which "
-                f"is now version {self._stage.scene.version}. Make a new session; the old one can "
-                "still be fitted."
-            )
+        check_session(record, self._stage.scene)
         present = self._stage.recorder
         if present is not None and present.problem is not None:
             raise ConflictError(

@@ -49,6 +49,14 @@ PATHS = [
     ("GET", "/api/v1/stages/abc"),
     ("POST", "/api/v1/stages/abc/commands"),
     ("DELETE", "/api/v1/stages/abc"),
+    ("POST", "/api/v1/worlds"),
+    ("GET", "/api/v1/worlds"),
+    ("GET", "/api/v1/worlds/abc"),
+    ("GET", "/api/v1/worlds/abc/state"),
+    ("POST", "/api/v1/worlds/abc/reset"),
+    ("POST", "/api/v1/worlds/abc/step"),
+    ("POST", "/api/v1/worlds/abc/play"),
+    ("DELETE", "/api/v1/worlds/abc"),
     ("GET", "/nothing/here"),
 ]
 
