@@ -83,7 +83,7 @@ soak: $(VENV)/.dev
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium
 	EVASTUDIO_PICTURES=docs/images $(BIN)/python -m pytest tests/browser/test_flight.py \
-	  tests/browser/test_crowd.py
+	  tests/browser/test_crowd.py tests/browser/test_comparing.py
 
 # Debian's package where it can be installed, else Playwright's own.
 chromium: $(VENV)/.dev

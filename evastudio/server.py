@@ -85,6 +85,10 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     async def page() -> Response:
         return FileResponse(web / "index.html")
 
+    @app.get("/compare", include_in_schema=False)
+    async def compare_page() -> Response:
+        return FileResponse(web / "compare.html")
+
     @app.get("/view/{stage}/", include_in_schema=False)
     async def view_page(stage: str, request: Request) -> Response:
         request.app.state.context.stages.get(stage)

@@ -50,6 +50,11 @@ class Workspace:
         """Where a user's clips lie, .glb and .bvh, and which activity each is for."""
         return self.root / "motion"
 
+    @property
+    def pictures(self) -> Path:
+        """Where pictures of evaluations are kept once they are drawn; they can be drawn again."""
+        return self.root / "pictures"
+
     def ready(self) -> Workspace:
         """Make the folder and check that it can be written. Raises StorageError."""
         problem = None

@@ -9,6 +9,7 @@ from evastudio.api import (
     clips,
     evaluations,
     jobs,
+    pilots,
     policies,
     policy_files,
     scenes,
@@ -38,5 +39,18 @@ def api_router() -> APIRouter:
     """Every route of the API."""
     router = APIRouter(prefix=PREFIX)
     for part in ROOMS:
+    for part in (
+        scenes,
+        sessions,
+        takes,
+        policies,
+        policy_files,
+        pilots,
+        asking,
+        evaluations,
+        clips,
+        jobs,
+        stages,
+    ):
         router.include_router(part.router)
     return router

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter, status
+from fastapi import APIRouter, Request, status
+from starlette.responses import FileResponse
 
 from evastudio.api.context import Studio
 from evastudio.api.models.common import Page
-from evastudio.api.models.evaluations import EvaluateIn, EvaluationOut
+from evastudio.api.models.evaluations import (
+    EvaluateIn,
+    EvaluationOut,
+    PictureOut,
+    PicturesOut,
+)
 from evastudio.api.models.jobs import JobOut
-from evastudio.evaluation import archive
-from evastudio.live.evaluating import evaluate
+from evastudio.evaluation import archive, pictures
+from evastudio.live.evaluating import evaluate, repeat_evaluation
 from evastudio.live.headless import make_scene
+from evastudio.live.picturing import TITLES, draw_pictures, kept_pictures, picture_file
 from evastudio.live.piloting import load_pilot
 
 router = APIRouter(prefix="/evaluations", tags=["evaluations"])
@@ -36,5 +43,48 @@ def list_evaluations(studio: Studio, scene: str | None = None) -> Page[Evaluatio
 @router.get("/{evaluation}")
 def get_evaluation(evaluation: int, studio: Studio) -> EvaluationOut:
     """One evaluation."""
-    record, _ = archive.find_evaluation(studio.store, evaluation)
-    return EvaluationOut.model_validate(record)
+    return EvaluationOut.model_validate(archive.find_record(studio.store, evaluation))
+
+
+@router.post("/{evaluation}/again", status_code=status.HTTP_202_ACCEPTED)
+def repeat(evaluation: int, studio: Studio) -> JobOut:
+    """Make an evaluation again; a job whose result names what differs, bit for bit."""
+    archive.find_record(studio.store, evaluation)
+    job = studio.jobs.submit(
+        "again", repeat_evaluation, workspace=studio.workspace, number=evaluation
+    )
+    return JobOut.model_validate(job)
+
+
+@router.get("/{evaluation}/pictures")
+def list_pictures(evaluation: int, studio: Studio, request: Request) -> PicturesOut:
+    """The pictures of an evaluation that are drawn."""
+    kept = kept_pictures(studio.workspace, studio.store, evaluation)
+
+    def path(file: str) -> str:
+        return str(request.app.url_path_for("get_picture", evaluation=evaluation, file=file))
+
+    items = [
+        PictureOut(name=name, title=TITLES[name], svg=path(f"{name}.svg"), png=path(f"{name}.png"))
+        for name in kept.names
+    ]
+    return PicturesOut(items=items, left_out=kept.left_out, whole=kept.whole)
+
+
+@router.post("/{evaluation}/pictures", status_code=status.HTTP_202_ACCEPTED)
+def start_drawing(evaluation: int, studio: Studio) -> JobOut:
+    """Draw the pictures of an evaluation; a job. They are kept."""
+    archive.find_record(studio.store, evaluation)
+    pictures.ready()
+    job = studio.jobs.submit(
+        "pictures", draw_pictures, workspace=studio.workspace, evaluation=evaluation
+    )
+    return JobOut.model_validate(job)
+
+
+@router.get("/{evaluation}/pictures/{file}")
+def get_picture(evaluation: int, file: str, studio: Studio) -> FileResponse:
+    """A picture as a file: its name, then .svg or .png."""
+    path = picture_file(studio.workspace, studio.store, evaluation, file)
+    # Opened by itself an SVG would be a page of this origin; it is for showing and for keeping.
+    return FileResponse(path, filename=f"evaluation-{evaluation}-{file}")

@@ -69,7 +69,7 @@ def evaluate(
         show(result, True)
     else:
         _show_figures(result)
-        for pair in result["differences"]:
+        for says, pair in zip(result["says"], result["differences"], strict=True):
             ours, theirs = pair.pop("pilots")
             print(f"\n{ours} less {theirs}, world by world")
             show(
@@ -78,8 +78,9 @@ def evaluate(
                     for figure, found in pair.items()
                 ],
                 False,
-                ("", "difference", "95 %", "p", "effect", "worlds"),
+                ("", "difference", "95 %", "p", "p_corrected", "effect", "worlds"),
             )
+            print(says)
 
 
 @app.command()

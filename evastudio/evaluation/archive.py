@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +15,9 @@ from evastudio.demonstrations import schema
 from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.store import LARGEST_ID, Store
 from evastudio.errors import NotFoundError
-from evastudio.evaluation.results import Comparison
+from evastudio.evaluation.results import SUCCESS, Comparison
 from evastudio.evaluation.versions import versions
+from evastudio.evaluation.words import in_words, label
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,24 @@ class EvaluationRecord:
     """Of Python and the packages that figures depend on."""
     result: Mapping[str, Any]
     """`Comparison.to_json()`."""
+
+    @property
+    def says(self) -> list[str]:
+        """Of each pair of pilots what was found, in words."""
+        return in_words(self.result)
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """What people call each figure, by its name."""
+        figures = [name for one in self.result["pilots"].values() for name in one["figures"]]
+        names = dict.fromkeys((SUCCESS, *figures, "unlike", "decision_us"))
+        return {name: label(name) for name in names}
+
+    @property
+    def mark(self) -> str:
+        """Tells it from every other evaluation, of whatever store; hexadecimal."""
+        told = [self.id, self.created_at, dict(self.asked), dict(self.versions), dict(self.result)]
+        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
 
 
 def save_evaluation(
@@ -64,8 +84,7 @@ def evaluations(
     A page of them: at most `limit`, from the one that follows the evaluation `after`.
     """
     table = schema.evaluations
-    columns = [column for column in table.c if column.name != "arrays"]
-    query = select(*columns).order_by(table.c.id.desc()).limit(limit)
+    query = select(*_TOLD).order_by(table.c.id.desc()).limit(limit)
     if after is not None:
         query = query.where(table.c.id < after)
     if scene is not None:
@@ -76,15 +95,57 @@ def evaluations(
 
 def find_evaluation(store: Store, number: int) -> tuple[EvaluationRecord, Comparison]:
     """The evaluation of that id, and its worlds. Raises NotFoundError, StorageError if damaged."""
-    table = schema.evaluations
+    row = _row(store, number, schema.evaluations.c)
+    record = _record(row)
+    return record, Comparison.from_arrays(record.result, unpack(row.arrays, "evaluation"))
+
+
+def find_record(store: Store, number: int) -> EvaluationRecord:
+    """The same without its worlds. Raises NotFoundError."""
+    return _record(_row(store, number, _TOLD))
+
+
+def beside(
+    record: EvaluationRecord, records: Iterable[EvaluationRecord]
+) -> tuple[str, dict[float, EvaluationRecord]] | None:
+    """The option in which others of `records` differ from `record`, and they by its value.
+
+    They are of the same files in worlds of the same seed, as many; of two at one value the newer,
+    but `record` itself. Where several options have been tried, it is the one with most values;
+    None where there is no other.
+    """
+    here = record.asked["options"]
+    alike = [one for one in records if _question(one) == _question(record)]
+    found: dict[str, dict[float, EvaluationRecord]] = {name: {} for name in here}
+    for one in sorted([*alike, record], key=lambda one: (one.id == record.id, one.id)):
+        there = one.asked["options"]
+        changed = [name for name in here if there.get(name) != here[name]]
+        for name in here if not changed else changed if len(changed) == 1 else ():
+            found[name][there[name]] = one
+    most = max(found, key=lambda name: len(found[name]), default=None)
+    if most is None or len(found[most]) < 2:
+        return None
+    return most, dict(sorted(found[most].items()))
+
+
+def _question(record: EvaluationRecord) -> tuple[Any, ...]:
+    asked = record.asked
+    version = record.result["scene"]["version"]
+    return record.scene, version, asked["policies"], asked["worlds"], asked["seed"]
+
+
+_TOLD = [column for column in schema.evaluations.c if column.name != "arrays"]
+
+
+def _row(store: Store, number: int, columns: Iterable[Any]) -> Row[Any]:
     row = None
     if 0 < number <= LARGEST_ID:
         with store.engine.connect() as connection:
-            row = connection.execute(select(table).where(table.c.id == number)).one_or_none()
+            query = select(*columns).where(schema.evaluations.c.id == number)
+            row = connection.execute(query).one_or_none()
     if row is None:
         raise NotFoundError(f"There is no evaluation {number}; `evastudio evaluations` lists them.")
-    record = _record(row)
-    return record, Comparison.from_arrays(record.result, unpack(row.arrays, "evaluation"))
+    return row
 
 
 def differing(first: Comparison, second: Comparison) -> list[str]:

@@ -7,6 +7,7 @@ worlds.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -110,6 +111,21 @@ def compare_figures(ours: Array, theirs: Array) -> Difference | None:
         worlds=len(change),
         test="Wilcoxon signed-rank",
     )
+
+
+def holm(p: Sequence[float]) -> list[float]:
+    """The p-values of comparisons made at once, corrected: the least of m stands m times.
+
+    S. Holm, "A simple sequentially rejective multiple test procedure", Scand. J. Stat. 6, 1979, in
+    the form of S. P. Wright, "Adjusted p-values for simultaneous inference", 1992. Whatever is
+    called a difference because its value is below 0.05 is wrong, even once among all, in at most
+    one family of twenty, however the comparisons hang together.
+    """
+    corrected, least = [0.0] * len(p), 0.0
+    for rank, index in enumerate(sorted(range(len(p)), key=lambda index: p[index])):
+        least = max(least, min(1.0, (len(p) - rank) * p[index]))
+        corrected[index] = least
+    return corrected
 
 
 def _same(ours: NDArray[Any], theirs: NDArray[Any]) -> None:

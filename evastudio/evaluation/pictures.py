@@ -12,6 +12,7 @@ import io
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from itertools import cycle, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -81,13 +82,11 @@ class Curve:
 
 def ready() -> None:
     """Raise ConflictError where pictures cannot be drawn."""
-    try:
-        import matplotlib  # noqa: F401 - asked for before the long work that pictures come after
-    except ImportError:
+    if find_spec("matplotlib") is None:  # importing it takes long, and a server must not wait
         raise ConflictError(
             "Pictures are drawn by matplotlib, which is not installed. Install it with: "
             "pip install 'evastudio[pictures]'."
-        ) from None
+        )
 
 
 def crossing_curves(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.evaluation.interval import Interval, mean_interval, wilson_interval
-from evastudio.evaluation.pairing import Difference, compare_figures, compare_rates
+from evastudio.evaluation.pairing import Difference, compare_figures, compare_rates, holm
 from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Array
 
@@ -140,7 +140,13 @@ class Comparison:
         return cls(told["scene"], told["seed"], told["worlds"], pilots, told["like"])
 
     def to_json(self) -> dict[str, Any]:
-        """The figures, as JSON holds them; all but `decision_us` repeat exactly."""
+        """The figures, as JSON holds them; all but `decision_us` repeat exactly.
+
+        `p_corrected` of a difference is Holm's, for all that are compared here at once.
+        """
+        pairs = list(itertools.combinations(self.pilots, 2))
+        found = [self.differences(*pair) for pair in pairs]
+        corrected = iter(holm([one.p for by in found for one in by.values()]))
         return {
             "scene": dict(self.scene),
             "seed": self.seed,
@@ -149,9 +155,12 @@ class Comparison:
             "pilots": {name: one.to_json() for name, one in self.pilots.items()},
             "differences": [
                 {
-                    "pilots": [ours, theirs],
-                    **{name: one.to_json() for name, one in self.differences(ours, theirs).items()},
+                    "pilots": list(pair),
+                    **{
+                        name: {**one.to_json(), "p_corrected": next(corrected)}
+                        for name, one in by.items()
+                    },
                 }
-                for ours, theirs in itertools.combinations(self.pilots, 2)
+                for pair, by in zip(pairs, found, strict=True)
             ],
         }

@@ -2,40 +2,28 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from evastudio.demonstrations.store import Store
-from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.errors import InvalidInputError
 from evastudio.evaluation import archive
 from evastudio.evaluation import pictures as drawing
 from evastudio.evaluation.cluster import on_cluster
-from evastudio.evaluation.evaluate import MAX_STEPS
 from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
-from evastudio.evaluation.flight import Flight, Logbook
 from evastudio.evaluation.results import Comparison
 from evastudio.evaluation.versions import versions
-from evastudio.learning.catalog import find_policy_file
+from evastudio.evaluation.words import in_words
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.compiled import ensure_compiled
-from evastudio.learning.switch import SUFFIX as SWITCH
-from evastudio.learning.switch import load_switch
 from evastudio.live.headless import make_scene
-from evastudio.live.piloting import load_pilot, scene_of
-from evastudio.pilots.guard import GUARDED
+from evastudio.live.picturing import picture
+from evastudio.live.piloting import fingerprint, fitted_anew, load_pilot, scene_of
 from evastudio.workspace import Workspace
-from evastudio.world.rollout import Pilot, roll_out
-from evastudio.world.scene import Scene, world_seeds
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-PICTURED = 4
-"""Worlds that the pictures of an evaluation are drawn from."""
+from evastudio.world.scene import Scene
 
 
 def evaluate(
@@ -69,7 +57,7 @@ def evaluate(
         many = jobs if cluster is None else everywhere
         compared = _compare(workspace, place, policies, worlds, seed, like, many, progress)
     asked = {
-        "policies": {name: _fingerprint(workspace, name) for name in policies},
+        "policies": {name: fingerprint(workspace, name) for name in policies},
         "scene": place.name,
         "options": dict(place.values),
         "worlds": worlds,
@@ -80,30 +68,9 @@ def evaluate(
         number = archive.save_evaluation(store, compared, asked, clock())
     told = {"evaluation": number, **_told(compared)}
     if pictures is not None:
-        pilots = {name: load_pilot(workspace, name, place) for name in policies}
-        made = drawing.save_pictures(picture(place, pilots, compared), Path(pictures))
+        made = drawing.save_pictures(picture(workspace, number).figures, Path(pictures))
         told["pictures"] = [str(path) for path in made]
     return told
-
-
-def picture(scene: Scene, pilots: Mapping[str, Pilot], compared: Comparison) -> dict[str, Figure]:
-    """What `compared` found, by name; its first PICTURED worlds are flown again for it."""
-    seeds = world_seeds(compared.seed, min(PICTURED, compared.worlds))
-    flights: dict[str, list[Flight]] = {}
-    for name, pilot in pilots.items():
-        log = Logbook(scene)
-        roll_out(scene, pilot, seeds, max_steps=MAX_STEPS, watcher=log)
-        flights[name] = log.flights()
-    first = {name: own[0] for name, own in flights.items()}
-    ended = [bool(one.succeeded[0]) for one in compared.pilots.values()]
-    figures = {
-        "outcomes": drawing.success_rates(compared),
-        "paths": drawing.paths_from_above(scene, first, ended),
-        "actions": drawing.action_histograms(scene, flights),
-    }
-    if scene.whereabouts(next(iter(first.values())).moments).shape[1] == 3:
-        figures["paths-in-space"] = drawing.paths_in_space(scene, first, ended)
-    return figures
 
 
 def evaluations(workspace: Workspace, scene: str | None = None) -> list[dict[str, Any]]:
@@ -128,11 +95,7 @@ def repeat_evaluation(
     after = _compare(
         workspace, place, names, asked["worlds"], asked["seed"], asked["like"], jobs, progress
     )
-    changed = [
-        f"policy {name}"
-        for name, mark in asked["policies"].items()
-        if mark != _fingerprint(workspace, name)
-    ]
+    changed = [f"policy {name}" for name in fitted_anew(workspace, asked["policies"])]
     now = {**versions(), "scene": str(place.version)}
     then = {**record.versions, "scene": str(before.scene["version"])}
     changed += [
@@ -161,19 +124,6 @@ def _compare(
 
 def _told(compared: Comparison) -> dict[str, Any]:
     told = compared.to_json()
+    told["says"] = in_words(told)
     told["policies"] = told.pop("pilots")
     return told
-
-
-def _fingerprint(workspace: Workspace, name: str) -> str | None:
-    """SHA-256 of a policy's file, hexadecimal, of a switch with its policies' files; None for a
-    pilot that is a program."""
-    try:
-        path = find_policy_file(name.removeprefix(GUARDED), workspace.policy_folders)
-    except NotFoundError:
-        return None
-    digest = hashlib.sha256(path.read_bytes())
-    if path.name.endswith(SWITCH):
-        for policy in load_switch(path).policies:
-            digest.update(str(_fingerprint(workspace, policy)).encode())
-    return digest.hexdigest()

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
-from evastudio.errors import InvalidInputError, StudioError
+from evastudio.errors import InvalidInputError, NotFoundError, StudioError
 from evastudio.learning import switch as switches
-from evastudio.learning.catalog import PolicyEntry, find_policy_file
+from evastudio.learning.catalog import PolicyEntry, find_policy_file, list_policies
 from evastudio.learning.policy_files import SUFFIX, load_policy
 from evastudio.learning.switch import Switch, load_switch
+from evastudio.pilots.astar import AStarPilot
 from evastudio.pilots.guard import GUARDED, GuardedPilot
 from evastudio.pilots.policy import PolicyPilot
-from evastudio.pilots.scripted import find_pilot, is_program
+from evastudio.pilots.scripted import find_pilot, is_program, pilot_names
 from evastudio.pilots.switchboard import Switchboard
 from evastudio.workspace import Workspace
 from evastudio.world.rollout import Pilot
@@ -23,6 +27,33 @@ def file_named(reference: str) -> str | None:
     """What `reference` calls a file by: the name of a policy or switch; None for a program."""
     plain = reference.removeprefix(GUARDED)
     return None if is_program(plain) else plain
+
+
+@dataclass(frozen=True)
+class PilotEntry:
+    """A pilot on offer."""
+
+    name: str
+    kind: Literal["own", "shipped", "program"]
+
+
+def pilots_for(workspace: Workspace, scene: Scene) -> list[PilotEntry]:
+    """Whoever can act in `scene`: the user's policies, those that come along, and programs."""
+    known = list_policies(workspace.policy_folders)
+    entries = []
+    for name, entry in known.items():
+        made_for = (entry.header or {}).get("scene") or {}
+        able = (made_for.get("name"), made_for.get("version")) == (scene.name, scene.version)
+        if not able or (entry.switch and cannot_play(entry.switch, scene, known)):
+            continue
+        mine = entry.path.parent.resolve() == workspace.policies.resolve()
+        entries.append(PilotEntry(name, "own" if mine else "shipped"))
+    entries.sort(key=lambda entry: (entry.kind != "own", entry.name))
+    wanting = type(scene).intention is not Scene.intention
+    programs = [name for name in pilot_names() if wanting or not name.startswith("scripted:")]
+    if type(scene).course is Scene.course:
+        programs.remove(AStarPilot.name)
+    return [*entries, *(PilotEntry(name, "program") for name in programs)]
 
 
 def load_pilot(workspace: Workspace, reference: str, scene: Scene) -> Pilot:
@@ -93,6 +124,25 @@ def scene_of(workspace: Workspace, references: Iterable[str]) -> str:
                 return str(load_switch(path).scene["name"])
             return load_policy(path).scene_name
     return "asteroids"
+
+
+def fingerprint(workspace: Workspace, name: str) -> str | None:
+    """SHA-256 of a policy's file, hexadecimal, of a switch with its policies' files; None for a
+    pilot that is a program."""
+    try:
+        path = find_policy_file(name.removeprefix(GUARDED), workspace.policy_folders)
+    except NotFoundError:
+        return None
+    digest = hashlib.sha256(path.read_bytes())
+    if _is_switch(path):
+        for policy in load_switch(path).policies:
+            digest.update(str(fingerprint(workspace, policy)).encode())
+    return digest.hexdigest()
+
+
+def fitted_anew(workspace: Workspace, marks: Mapping[str, str | None]) -> list[str]:
+    """Those of the policies in `marks`, fingerprints by name, whose files are others now."""
+    return [name for name, mark in marks.items() if mark != fingerprint(workspace, name)]
 
 
 def _nested(name: str) -> str:

@@ -22,9 +22,9 @@ from evastudio.evaluation.versions import processor, versions
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.compiled import ensure_compiled
 from evastudio.learning.writing import write_whole
-from evastudio.live.evaluating import picture
 from evastudio.live.headless import make_scene, record
 from evastudio.live.perceiving import see_session
+from evastudio.live.picturing import flown
 from evastudio.workspace import Workspace
 from evastudio.world.scene import Scene
 
@@ -115,8 +115,6 @@ def draw(scene: Scene, found: Measured) -> dict[str, Figure]:
         )
         for name, search in found.searches.items()
     }
-    flown = picture(scene, found.pilots, found.compared[at])
-    del flown["outcomes"]  # the curves say it
     return {
         "crossing": drawing.crossing_curves(
             rates, "expected hits of a straight flight (NH)", "Fields crossed"
@@ -124,7 +122,7 @@ def draw(scene: Scene, found: Measured) -> dict[str, Figure]:
         "learning": drawing.learning_curves(
             curves, "CPU time, s", "score", "PEGASUS: score of the best network so far"
         ),
-        **flown,
+        **flown(scene, found.pilots, found.compared[at]),
     }
 
 

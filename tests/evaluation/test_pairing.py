@@ -6,7 +6,7 @@ from scipy import stats
 
 from evastudio.errors import InvalidInputError
 from evastudio.evaluation.interval import mean_interval
-from evastudio.evaluation.pairing import compare_figures, compare_rates
+from evastudio.evaluation.pairing import compare_figures, compare_rates, holm
 
 
 def worlds(both: int, won: int, lost: int, neither: int) -> tuple[np.ndarray, np.ndarray]:
@@ -87,3 +87,25 @@ def test_the_bootstrap_interval_of_a_mean_agrees_with_scipy():
     assert mean_interval(figures) == mean_interval(figures)
     with pytest.raises(InvalidInputError, match="no figures"):
         mean_interval(np.zeros(0))
+
+
+@pytest.mark.parametrize(
+    ("p", "corrected"),
+    [
+        # p.adjust(p, "holm") of R 4.3
+        ([0.01, 0.02, 0.03, 0.04, 0.05], [0.05, 0.08, 0.09, 0.09, 0.09]),
+        ([0.01, 0.04, 0.03, 0.005], [0.03, 0.06, 0.06, 0.02]),
+        ([0.6, 0.9], [1.0, 1.0]),
+        ([0.04], [0.04]),
+        ([], []),
+    ],
+)
+def test_p_values_of_many_figures_are_corrected_as_r_does(p, corrected):
+    assert holm(p) == pytest.approx(corrected)
+
+
+def test_luck_alone_is_seldom_called_a_difference_however_many_are_compared():
+    families = np.random.default_rng(3).uniform(size=(2000, 12))
+    wrong = np.mean([min(holm(list(family))) < 0.05 for family in families])
+    assert wrong == pytest.approx(0.05, abs=0.015)
+    assert np.mean(families.min(axis=1) < 0.05) > 0.4

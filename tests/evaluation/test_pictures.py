@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,8 +12,8 @@ from evastudio.errors import ConflictError, NotFoundError
 from evastudio.evaluation import pictures
 from evastudio.evaluation.evaluate import evaluate
 from evastudio.evaluation.pictures import Curve
-from evastudio.live.evaluating import picture
 from evastudio.live.headless import make_scene
+from evastudio.live.picturing import flown
 from evastudio.live.piloting import load_pilot
 from evastudio.workspace import Workspace
 
@@ -22,9 +21,8 @@ from evastudio.workspace import Workspace
 def pictured(folder: Path, scene: str, *names: str) -> dict[str, Figure]:
     place = make_scene(Workspace(folder), scene)
     pilots = {name: load_pilot(Workspace(folder), name, place) for name in names}
-    return picture(
-        place, pilots, evaluate(place, pilots, worlds=2, max_steps=2000, measure_time=False)
-    )
+    found = evaluate(place, pilots, worlds=2, max_steps=2000, measure_time=False)
+    return {"outcomes": pictures.success_rates(found), **flown(place, pilots, found)}
 
 
 def test_an_evaluation_is_drawn_twice_to_the_same_bytes(tmp_path: Path) -> None:
@@ -64,6 +62,6 @@ def test_an_unknown_form_and_a_missing_library_are_told(monkeypatch: pytest.Monk
     figure = pictures.learning_curves({"one": Curve((0.0, 1.0), (0.0, 1.0))}, "s", "score", "")
     with pytest.raises(NotFoundError, match="svg or png"):
         pictures.drawn(figure, "gif")
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setattr(pictures, "find_spec", lambda name: None)
     with pytest.raises(ConflictError, match=r"evastudio\[pictures\]"):
         pictures.ready()

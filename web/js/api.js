@@ -7,6 +7,7 @@
 /** @typedef {import("./types.js").Job} Job */
 /** @typedef {import("./types.js").Stage} Stage */
 /** @typedef {import("./types.js").Clips} Clips */
+/** @typedef {import("./types.js").EvaluationFound} EvaluationFound */
 
 const ROOT = "/api/v1";
 
@@ -79,9 +80,25 @@ export const api = {
   /** @returns {Promise<Job[]>} */
   jobs: async () => (await ask("GET", "/jobs")).items,
   /** @param {number} job @returns {Promise<Job>} */
+  job: (job) => ask("GET", `/jobs/${job}`),
+  /** @param {number} job @returns {Promise<Job>} */
   cancel: (job) => ask("DELETE", `/jobs/${job}`),
   /** @param {string} scene @returns {Promise<Policy[]>} */
   policies: async (scene) => (await ask("GET", `/policies?scene=${q(scene)}`)).items,
+  /** @param {string} scene @returns {Promise<import("./types.js").PilotEntry[]>} */
+  pilots: async (scene) => (await ask("GET", `/pilots?scene=${q(scene)}`)).items,
+  /** @param {string} scene @returns {Promise<EvaluationFound[]>} */
+  evaluations: async (scene) => (await ask("GET", `/evaluations?scene=${q(scene)}`)).items,
+  /** @param {number} evaluation @returns {Promise<EvaluationFound>} */
+  evaluation: (evaluation) => ask("GET", `/evaluations/${evaluation}`),
+  /** @param {object} question @returns {Promise<Job>} */
+  evaluate: (question) => ask("POST", "/evaluations", question),
+  /** @param {number} evaluation @returns {Promise<Job>} */
+  again: (evaluation) => ask("POST", `/evaluations/${evaluation}/again`),
+  /** @param {number} evaluation @returns {Promise<import("./types.js").Pictures>} */
+  pictures: (evaluation) => ask("GET", `/evaluations/${evaluation}/pictures`),
+  /** @param {number} evaluation @returns {Promise<Job>} */
+  drawPictures: (evaluation) => ask("POST", `/evaluations/${evaluation}/pictures`),
   /** @returns {Promise<Clips>} */
   clips: () => ask("GET", "/clips"),
   /** @param {File} file @returns {Promise<Clips>} */

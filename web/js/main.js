@@ -18,7 +18,7 @@ import { defaultPolicy, policies } from "./policies.js";
 import { Pointer } from "./pointer.js";
 import { sessions } from "./sessions.js";
 import { steps } from "./steps.js";
-import { Store } from "./store.js";
+import { LAST_SCENE, Store } from "./store.js";
 import { switches } from "./switches.js";
 import { takes } from "./takes.js";
 import { tools } from "./tools.js";
@@ -61,8 +61,6 @@ async function openStage() {
   return api.openStage(scene.name, store.state.options, chosen);
 }
 
-/** Where the browser keeps which scene was chosen last. */
-const LAST_SCENE = "evastudio.scene";
 /** Where it keeps which session of a scene was. @param {string} scene */
 const remembered = (scene) => `evastudio.session.${scene}`;
 

@@ -17,7 +17,7 @@ const demonstrating = ({ status }) =>
   status?.mode === "demonstrate" && ["countdown", "recording", "paused"].includes(status.phase);
 
 /**
- * @param {State} state
+ * @param {Pick<State, "jobs" | "session">} state
  * @param {string} kind
  */
 export const jobOf = (state, kind) =>

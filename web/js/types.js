@@ -34,6 +34,26 @@
  *   decides_s: number | null, lead: number | null, camera: string, cameras: string[],
  *   problem: string | null, options: Record<string, number>}} Status
  * @typedef {{id: string, view: string, socket: string}} Stage
+ * @typedef {{name: string, kind: "own" | "shipped" | "program"}} PilotEntry
+ * @typedef {{id: number, scene: string, created_at: number, says: string[],
+ *   labels: Record<string, string>, asked: {options: Record<string, number>, worlds: number},
+ *   result: {seed: number, worlds: number, pilots: Record<string, Record<string, any>>}
+ *   }} EvaluationFound
+ * @typedef {{name: string, title: string, svg: string, png: string}} Picture
+ * @typedef {{items: Picture[], left_out: string | null, whole: boolean}} Pictures
+ *
+ * What the page that compares knows at a moment.
+ * @typedef {object} Comparing
+ * @property {Scene[]} scenes
+ * @property {Scene | null} scene
+ * @property {PilotEntry[]} pilots who can act in it
+ * @property {string[]} chosen of those, in the order of choosing
+ * @property {Record<string, number>} options for the worlds
+ * @property {EvaluationFound[]} evaluations earlier ones of the scene
+ * @property {EvaluationFound | null} evaluation the one that is shown
+ * @property {Pictures | null} pictures of it
+ * @property {null} session none is recorded into
+ * @property {Job[]} jobs that wait or run
  *
  * What the page knows at a moment.
  * @typedef {object} State

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 
-from evastudio.api.models.common import Model, Name, Options, Seed
+from evastudio.api.models.common import Model, Name, Options, Page, Seed
 
 
 class EvaluateIn(Model):
@@ -29,3 +29,29 @@ class EvaluationOut(Model):
     """What makes it again."""
     versions: Mapping[str, str]
     result: Mapping[str, Any]
+    says: Sequence[str]
+    """Of each pair of pilots what was found, in words."""
+    labels: Mapping[str, str]
+    """What people call each figure, by its name."""
+
+
+class PictureOut(BaseModel):
+    name: str
+    title: str
+    """What it shows."""
+    svg: str
+    png: str
+    """Paths of the files."""
+
+
+class PicturesOut(Page[PictureOut]):
+    left_out: str | None
+    """Why something is missing, or None."""
+    whole: bool
+    """Whether they show what is known now; drawing makes it so."""
+
+
+class PilotOut(Model):
+    name: str
+    kind: Literal["own", "shipped", "program"]
+    """A policy of the workspace, one that comes along, or a program."""

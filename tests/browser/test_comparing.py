@@ -1,0 +1,75 @@
+"""Comparing, in real Chromium: choose, evaluate, read, open again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from playwright.sync_api import Page, expect
+
+if TYPE_CHECKING:
+    from conftest import Running
+
+
+def enter(page: Page, studio: Running) -> list[str]:
+    """Open the page that compares; what the browser's console says against it from then on."""
+    said: list[str] = []
+    page.on("console", lambda message: message.type == "error" and said.append(message.text))
+    base, _, token = studio.url.partition("/?token=")
+    page.context.add_cookies(
+        [{"name": f"evastudio-{base.rpartition(':')[2]}", "value": token, "url": base}]
+    )
+    page.goto(f"{base}/compare")
+    return said
+
+
+def test_a_designer_compares_and_opens_it_again(
+    page: Page, run_studio: Callable[[], Running], pictures: Path
+) -> None:
+    page.set_viewport_size({"width": 1280, "height": 1000})
+    said = enter(page, run_studio())
+    expect(page.locator("#empty")).to_contain_text("Choose two or more")
+    page.locator("#evaluate").click(force=True)
+    expect(page.locator("#notice")).to_contain_text("Choose two or more to compare.")
+
+    # By the keyboard alone.
+    careful = page.get_by_label("asteroids-careful")
+    careful.focus()
+    page.keyboard.press("Space")
+    expect(page.locator("#evaluate-says")).to_have_text("Choose one more to compare with.")
+    programs = page.locator("#pilots summary")
+    programs.focus()
+    page.keyboard.press("Enter")
+    page.get_by_label("straight", exact=True).focus()
+    page.keyboard.press("Space")
+    page.locator("#worlds").fill("40")
+    expect(page.locator("#evaluate-says")).to_have_text("2 pilots through the same 40 worlds.")
+    page.keyboard.press("Enter")
+
+    expect(page.locator("#found-title")).to_have_text(
+        "asteroids-careful, straight in the same 40 worlds"
+    )
+    expect(page.locator("#words")).to_contain_text(
+        "asteroids-careful ends well more often than straight"
+    )
+    expect(page.locator("#table tbody tr").first).to_contain_text("Worlds ended well, %100")
+    drawn = page.locator("#pictures figure img")
+    expect(drawn).to_have_count(4)
+    loaded = "image => image.decode().then(() => image.naturalWidth)"
+    assert all(drawn.nth(i).evaluate(loaded) > 100 for i in range(4))
+    page.screenshot(path=pictures / "compare.png")
+    page.locator("figure[data-picture=paths]").scroll_into_view_if_needed()
+    page.screenshot(path=pictures / "compare-pictures.png")
+
+    page.locator("#again").click()
+    expect(page.locator("#notice")).to_contain_text("came out the same again, in every world")
+
+    page.goto(page.url.partition("#")[0])
+    page.locator("#earlier a").click()
+    expect(page.locator("#found-title")).to_contain_text("in the same 40 worlds")
+    expect(drawn).to_have_count(4)
+    page.locator("#scene").select_option("crowd")
+    expect(page.locator("#earlier-says")).to_have_text("Evaluations are kept here.")
+    expect(page.get_by_label("crowd-shy")).to_be_visible()
+    assert said == []

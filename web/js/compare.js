@@ -1,0 +1,146 @@
+/** Puts the page that compares together: what is asked, what is under way, and what was found. */
+
+import { api } from "./api.js";
+import { asking, question } from "./asking.js";
+import { byId } from "./dom.js";
+import { earlier } from "./earlier.js";
+import { findings } from "./findings.js";
+import { isOpen, jobs } from "./jobs.js";
+import { attempt, notify } from "./notices.js";
+import { options } from "./options.js";
+import { pictures } from "./pictures.js";
+import { LAST_SCENE, Store } from "./store.js";
+
+/** @typedef {import("./types.js").Job} Job */
+/** @typedef {import("./types.js").Comparing} Comparing */
+
+/** How often work under way is asked after. */
+const LOOK_MS = 500;
+
+/** @type {Store<Comparing>} */
+const store = new Store({
+  scenes: [],
+  scene: null,
+  pilots: [],
+  chosen: [],
+  options: {},
+  evaluations: [],
+  evaluation: null,
+  pictures: null,
+  session: null,
+  jobs: [],
+});
+/** For the parts that both pages have. */
+const shared = /** @type {Store} */ (/** @type {unknown} */ (store));
+
+// -- work under way ------------------------------------------------------------------------------
+
+let looking = 0;
+
+/** Follow a job until it has ended. @param {Job} job */
+function onJob(job) {
+  store.set({ jobs: [...store.state.jobs.filter(({ id }) => id !== job.id), job].filter(isOpen) });
+  if (isOpen(job)) {
+    if (!looking) looking = setTimeout(() => attempt(look), LOOK_MS);
+  } else if (job.state === "failed") {
+    notify(job.error ?? "It did not work.", "error");
+  } else if (job.state === "done") {
+    attempt(() => ended(job));
+  }
+}
+
+async function look() {
+  looking = 0;
+  try {
+    for (const { id } of store.state.jobs) onJob(await api.job(id));
+  } finally {
+    if (store.state.jobs.length && !looking) looking = setTimeout(() => attempt(look), LOOK_MS);
+  }
+}
+
+/** @param {Job} job */
+async function ended({ kind, result }) {
+  const { evaluation } = result ?? {};
+  if (kind === "evaluate") {
+    await listEarlier();
+    location.hash = `#${evaluation}`;
+  } else if (kind === "pictures" && evaluation === store.state.evaluation?.id) {
+    store.set({ pictures: await api.pictures(evaluation) });
+  } else if (kind === "again") {
+    notify(againWords(result ?? {}));
+  }
+}
+
+/** @param {Record<string, any>} told */
+function againWords({ evaluation, same, differs, changed }) {
+  if (same) return `Evaluation ${evaluation} came out the same again, in every world.`;
+  const why = changed.length ? ` What has changed since: ${changed.join(", ")}.` : "";
+  return `Evaluation ${evaluation} came out otherwise: ${differs.join(", ")}.${why}`;
+}
+
+// -- what is looked at ---------------------------------------------------------------------------
+
+/** @param {string} name */
+async function chooseScene(name) {
+  const scene = store.state.scenes.find((one) => one.name === name) ?? null;
+  if (scene === null) return;
+  localStorage.setItem(LAST_SCENE, name);
+  store.set({ scene, pilots: [], chosen: [], options: {}, evaluations: [] });
+  const [all] = await Promise.all([api.pilots(name), listEarlier()]);
+  if (store.state.scene === scene) store.set({ pilots: all });
+}
+
+async function listEarlier() {
+  const { scene } = store.state;
+  if (scene === null) return;
+  const evaluations = await api.evaluations(scene.name);
+  if (store.state.scene === scene) store.set({ evaluations });
+}
+
+/** Show the evaluation that the address names. */
+async function open() {
+  const id = Number(location.hash.slice(1));
+  if (!id) return store.set({ evaluation: null, pictures: null });
+  const evaluation = await api.evaluation(id);
+  if (evaluation.scene !== store.state.scene?.name) await chooseScene(evaluation.scene);
+  store.set({ evaluation, pictures: null });
+  byId("findings", HTMLElement).scrollTop = 0;
+  const drawn = await api.pictures(id);
+  if (store.state.evaluation !== evaluation) return;
+  store.set({ pictures: drawn });
+  const underWay = store.state.jobs.some(({ kind }) => kind === "pictures");
+  if (drawn.whole || underWay) return;
+  try {
+    onJob(await api.drawPictures(id));
+  } catch (error) {
+    store.set({ pictures: { ...drawn, left_out: error instanceof Error ? error.message : "" } });
+  }
+}
+
+asking(store, {
+  chooseScene: (name) => {
+    location.hash = "";
+    attempt(() => chooseScene(name));
+  },
+  evaluate: () => attempt(async () => onJob(await api.evaluate(question(store.state)))),
+});
+findings(store);
+pictures(store);
+earlier(store);
+options(shared);
+jobs(shared);
+byId("again", HTMLButtonElement).addEventListener("click", () =>
+  attempt(async () => {
+    const { evaluation } = store.state;
+    if (evaluation) onJob(await api.again(evaluation.id));
+  }),
+);
+addEventListener("hashchange", () => attempt(open));
+attempt(async () => {
+  const [scenes, all] = await Promise.all([api.scenes(), api.jobs()]);
+  store.set({ scenes });
+  const last = localStorage.getItem(LAST_SCENE);
+  await chooseScene((scenes.find(({ name }) => name === last) ?? scenes[0])?.name ?? "");
+  all.filter(isOpen).forEach(onJob);
+  await open();
+});
