@@ -26,6 +26,7 @@ ROOMS = (
     takes,
     policies,
     policy_files,
+    pilots,
     asking,
     evaluations,
     clips,
@@ -39,18 +40,5 @@ def api_router() -> APIRouter:
     """Every route of the API."""
     router = APIRouter(prefix=PREFIX)
     for part in ROOMS:
-    for part in (
-        scenes,
-        sessions,
-        takes,
-        policies,
-        policy_files,
-        pilots,
-        asking,
-        evaluations,
-        clips,
-        jobs,
-        stages,
-    ):
         router.include_router(part.router)
     return router
