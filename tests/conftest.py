@@ -57,7 +57,7 @@ def postgres_url(postgres: Postgres) -> Iterator[str]:
     """The address of an empty database."""
     name = postgres.create_database()
     yield postgres.url(name)
-    postgres.drop_database(name)
+    postgres.empty_database(name)
 
 
 @pytest.fixture(params=["sqlite", "postgres"])

@@ -41,6 +41,7 @@ class Postgres:
         )
         self.process: subprocess.Popen[bytes] | None = None
         self._databases = 0
+        self._empty: list[str] = []
 
     def start(self) -> None:
         """Run the server; returns once it answers."""
@@ -81,15 +82,21 @@ class Postgres:
         return f"postgresql+psycopg://{USER}:{secret}@/{database}?host={self.folder}"
 
     def create_database(self) -> str:
-        """A new, empty database; its name."""
+        """An empty database; its name."""
+        if self._empty:
+            return self._empty.pop()
         self._databases += 1
         name = f"studio_{self._databases}"
         self.execute(f"CREATE DATABASE {name}")
         return name
 
-    def drop_database(self, name: str) -> None:
-        """Delete a database, whoever still uses it."""
-        self.execute(f"DROP DATABASE {name} WITH (FORCE)")
+    def empty_database(self, name: str) -> None:
+        """Cut off who still uses a database, and empty it for the next: faster than a new one."""
+        self.execute(
+            f"SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity WHERE datname = '{name}'"
+        )
+        self.execute("DROP SCHEMA public CASCADE; CREATE SCHEMA public", name)
+        self._empty.append(name)
 
     def execute(self, statement: str, database: str = "postgres") -> list[tuple[object, ...]]:
         """Run one statement outside any transaction; the rows it gives."""

@@ -32,7 +32,7 @@ def migrate(engine: Engine, shown: str, lock: Lock) -> None:
         version = _version(connection, shown)  # others may have been first
         if version == schema.VERSION:
             return
-        schema.metadata.create_all(connection)
+        schema.metadata.create_all(connection, checkfirst=version is not None)
         if version is None:
             connection.execute(
                 insert(schema.store).values(version=schema.VERSION, identity=str(uuid.uuid4()))

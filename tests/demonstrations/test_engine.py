@@ -66,7 +66,7 @@ def test_a_database_of_others_is_left_alone(postgres: Postgres, postgres_url: st
 def test_a_database_that_cannot_hold_every_name_is_refused(postgres: Postgres) -> None:
     postgres.execute("CREATE DATABASE latin ENCODING 'LATIN1' LOCALE 'C' TEMPLATE template0")
     assert "ENCODING 'UTF8'" in refused(postgres.url("latin"))
-    postgres.drop_database("latin")
+    postgres.execute("DROP DATABASE latin")
 
 
 def test_without_the_driver_it_says_what_to_install() -> None:
