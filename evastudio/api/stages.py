@@ -224,7 +224,23 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
         case "resume":
             stage.resume()
         case "restart":
-            stage.restart()
+            stage.restart(command.same)
+        case "fork":
+            stage.fork(command.others)
+        case "take-over":
+            stage.take_over()
+        case "hand-back":
+            stage.hand_back()
+        case "keep-last":
+            stage.keep_last(command.seconds)
+        case "review":
+            stage.review(command.take, command.seconds)
+        case "seek":
+            stage.seek(command.seconds)
+        case "roll":
+            stage.roll(command.speed)
+        case "pace":
+            stage.keep_pace(command.speed)
         case "discard":
             stage.discard()
         case "undo":

@@ -79,6 +79,11 @@ class Recorder:
         return take.pairs if take else 0
 
     @property
+    def last_take(self) -> int | None:
+        """Id of the take that ended last, once it is written; None where there is none."""
+        return None if self._last is None else self._last.id
+
+    @property
     def can_discard(self) -> bool:
         return self._take is not None or self._last is not None
 

@@ -14,11 +14,14 @@ from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
 from evastudio.demonstrations.recorder import Recorder
+from evastudio.demonstrations.records import Origin
 from evastudio.demonstrations.store import Store
+from evastudio.demonstrations.trimming import keep_last
 from evastudio.errors import ConflictError, StudioError
 from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_pilot
+from evastudio.live.reel import Reel
 from evastudio.live.stage import Frame, Stage
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.workspace import Workspace
@@ -31,6 +34,8 @@ logger = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
+PATIENCE_S = 30.0
+"""What is asked of a stage is done within this time, or has failed."""
 STATUS_S = 0.125
 """While a stage moves its status is told this often, and at once when it changes phase; what others
 change, as a store that takes pairs again, is seen within this time."""
@@ -111,44 +116,140 @@ class LiveStage:
         self.refresh()
 
     def demonstrate(
-        self, options: Mapping[str, float] | None = None, others: str | None = None
+        self,
+        options: Mapping[str, float] | None = None,
+        others: str | None = None,
+        seed: int | None = None,
     ) -> None:
-        """Begin a take in a new world; makes a session where none was chosen.
+        """Begin a take in a new world, or that of `seed`; makes a session where none was chosen.
 
         `others` is the policy (or scripted pilot) of everybody else, who stand still without one.
         """
         self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         crowd = None if others is None else self._actor(others, scene)
-        if self._stage.recorder is None:
-            count = self._store.count_sessions(scene.name) + 1
-            name = f"{scene.title} {count}"
-            made = self._store.create_session(scene, name, "person", time.time())
-            self.choose_session(made)
+        self._need_session()
         self.call(
             lambda: self._stage.demonstrate(
-                scene, self._next_seed(), time.monotonic(), time.time(), crowd
+                scene, self._seed_or(seed), time.monotonic(), time.time(), crowd
             )
         )
         self.refresh()
 
-    def play(self, pilot: str, options: Mapping[str, float] | None = None) -> None:
-        """Let a policy (or a scripted pilot) act alone in a new world."""
+    def fork(self, others: str | None = None) -> None:
+        """Begin a take at the moment that is looked at, or at the present one."""
+        self._fork(*self.call(self._stage.here), others)
+
+    def _fork(self, start: Snapshot, origin: Origin, others: str | None) -> None:
+        self._fault = None
+        scene = self._stage.scene
+        crowd = None if others is None else self._actor(others, scene)
+        self._need_session()
+        self.call(
+            lambda: self._stage.demonstrate(
+                scene, self._stage.seed, time.monotonic(), time.time(), crowd, start, origin
+            )
+        )
+        self.refresh()
+
+    def take_over(self) -> None:
+        """Go on by hand from what plays; see `Stage.take_over`."""
+        self._need_session()
+        self.call(lambda: self._stage.take_over(time.monotonic(), time.time()))
+
+    def hand_back(self) -> None:
+        """See `Stage.hand_back`."""
+        self.call(lambda: self._stage.hand_back(time.time()))
+        self.refresh()
+
+    def keep_last(self, seconds: float) -> None:
+        """End the running take, or take the last one, and keep its last `seconds` only.
+
+        Raises ConflictError where there is none, InvalidInputError where the take is shorter.
+        """
+        recorder = self._stage.recorder
+        if recorder is None:
+            raise ConflictError("There is no take to keep the end of. Demonstrate first.")
+        self.stop()
+        written: Future[int] = Future()
+
+        def keep() -> None:
+            try:
+                take = recorder.last_take
+                if take is None:
+                    raise ConflictError("There is no take to keep the end of. Demonstrate first.")
+                written.set_result(keep_last(self._store, take, seconds, time.time()))
+            except BaseException as error:
+                written.set_exception(error)
+
+        recorder.settle(keep)
+        written.result(timeout=PATIENCE_S)
+        self.refresh()
+
+    def review(self, take: int | None = None, at_s: float = 0.0) -> None:
+        """Look back at a take, or at the run that is on the stage."""
+        self._fault = None
+        if take is None:
+            reel = self._stage.reel
+        else:
+            record = self._store.take(take)
+            session = self._store.session(record.session)
+            if session.scene != self._stage.scene.name:
+                raise ConflictError(
+                    f"Take {record.number} of {session.name!r} is of scene {session.scene!r}; this "
+                    f"stage shows {self._stage.scene.name!r}."
+                )
+            scene = make_scene(self._workspace, session.scene, record.options)
+            reel = Reel.of_take(scene, record, self._store.load_take(take))
+        self.call(
+            lambda: self._stage.review(reel, at_s / reel.scene.dt_s, time.monotonic(), time.time())
+        )
+        self.refresh()
+
+    def seek(self, at_s: float) -> None:
+        """Look at that second of the run."""
+        self.call(lambda: self._stage.seek(at_s / self._stage.scene.dt_s, time.monotonic()))
+
+    def roll(self, speed: float) -> None:
+        """See `Review.roll`."""
+        self.call(lambda: self._stage.roll(speed, time.monotonic()))
+
+    def keep_pace(self, pace: float) -> None:
+        """See `Stage.keep_pace`."""
+        self.call(lambda: self._stage.keep_pace(pace, time.monotonic()))
+
+    def _need_session(self) -> None:
+        """Make a session where none was chosen."""
+        if self._stage.recorder is None:
+            scene = self._stage.scene
+            name = f"{scene.title} {self._store.count_sessions(scene.name) + 1}"
+            made = self._store.create_session(scene, name, "person", time.time())
+            self.choose_session(made)
+
+    def play(
+        self, pilot: str, options: Mapping[str, float] | None = None, seed: int | None = None
+    ) -> None:
+        """Let a policy (or a scripted pilot) act alone in a new world, or that of `seed`."""
         self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         actor = self._actor(pilot, scene)
         self.call(
-            lambda: self._stage.play(scene, actor, self._next_seed(), time.monotonic(), time.time())
+            lambda: self._stage.play(
+                scene, actor, self._seed_or(seed), time.monotonic(), time.time()
+            )
         )
         self.refresh()
 
-    def restart(self) -> None:
-        """The same again in another world: a new take, or the policy once more."""
+    def restart(self, same: bool = False) -> None:
+        """The same again in another world, or in the `same`: a take, or the policy once more."""
         status = self.call(lambda: self._stage.status(time.monotonic()))
+        seed = status.seed if same else None
         if status.policy is not None:
-            self.play(status.policy)
+            self.play(status.policy, seed=seed)
+        elif same and self._stage.forked_from is not None:
+            self._fork(*self._stage.forked_from, status.others)
         else:
-            self.demonstrate(others=status.others)
+            self.demonstrate(others=status.others, seed=seed)
 
     def pause(self) -> None:
         self.call(lambda: self._stage.pause(time.monotonic()))
@@ -196,7 +297,8 @@ class LiveStage:
                 self._held[by] = frozenset(codes)
             if stage.phase is not Phase.RECORDING:
                 stage.keys.center()
-            stage.keys.hold(frozenset().union(*self._held.values()), at)
+            held = frozenset().union(*self._held.values())
+            stage.keys.hold(held, stage.clock.world_time(at))
 
         self._post(change)
 
@@ -206,7 +308,7 @@ class LiveStage:
         def change() -> None:
             self._held.clear()
             self._stage.keys.center()
-            if self._stage.mode is Mode.DEMONSTRATE:
+            if self._stage.mode in (Mode.DEMONSTRATE, Mode.CORRECT):
                 self._stage.pause(time.monotonic())
 
         self._post(change)
@@ -271,7 +373,7 @@ class LiveStage:
                 future.set_exception(error)
 
         self._post(run)
-        return future.result(timeout=30.0)
+        return future.result(timeout=PATIENCE_S)
 
     def close(self) -> None:
         """End the running take, write it, and stop the thread."""
@@ -350,6 +452,8 @@ class LiveStage:
             stage.mode,
             stage.seed,
             stage.camera,
+            stage.clock.pace,
+            stage.looked_at,
             stage.decision,
             stage.decision is not None and stage.clock.steps,
             self._totals,
@@ -378,6 +482,9 @@ class LiveStage:
         actor = load_pilot(self._workspace, pilot, scene)
         actor.act(scene, scene.worlds([0]), actor.begin(scene, [0]))
         return actor
+
+    def _seed_or(self, seed: int | None) -> int:
+        return self._next_seed() if seed is None else seed
 
     def _next_seed(self) -> int:
         self._worlds += 1

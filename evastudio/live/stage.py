@@ -340,6 +340,17 @@ class Stage:
         return self._after
 
     @property
+    def looked_at(self) -> tuple[int | None, float, float] | None:
+        """Take, position and speed of the look back, None where there is none."""
+        review = self._review
+        return None if review is None else (self.reel.origin.take, review.position, review.speed)
+
+    @property
+    def forked_from(self) -> tuple[Snapshot, Origin] | None:
+        """Where the present run goes on from, None where it began in a world of its own."""
+        return None if self._origin is None else (self.reel.moment(0), self._origin)
+
+    @property
     def camera(self) -> str:
         """Name of the scene's camera that it is seen from."""
         return self._sight.name(self.scene, self._after)

@@ -44,6 +44,14 @@ class CommandIn(Model):
         "signal",
         "camera",
         "another",
+        "fork",
+        "take-over",
+        "hand-back",
+        "keep-last",
+        "review",
+        "seek",
+        "roll",
+        "pace",
     ]
     policy: Name | None = None
     others: Name | None = None
@@ -52,6 +60,14 @@ class CommandIn(Model):
     """Of the scene's cameras, the one to see it from; the next one where none is named."""
     options: dict[str, float] | None = None
     session: int | None = None
+    take: int | None = None
+    """The take to look back at; the run on the stage where none is named."""
+    seconds: Annotated[float, Field(ge=0, le=86_400)] = 0.0
+    """Where to look back at, since the run began, or how much of a take's end to keep."""
+    speed: FiniteFloat = 1.0
+    """Of a look back, or the pace of time."""
+    same: bool = False
+    """Whether to begin again in the same world."""
     signal: Name | None = None
     """Of the scene's signals, the one to give."""
     pointer: tuple[FromMiddle, FromMiddle, Annotated[float, Field(gt=0, le=100)]] | None = None
