@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 import webbrowser
 from collections.abc import AsyncIterator, Callable
 
@@ -17,22 +18,24 @@ from fastapi import FastAPI, Request, WebSocket
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from evastudio.api import problems
-from evastudio.api.access import Door, Guard
+from evastudio.api import limits, problems
+from evastudio.api.access import Guard
 from evastudio.api.app import api_router
 from evastudio.api.context import Context
+from evastudio.api.door import Door
+from evastudio.api.people import People, Visitor
+from evastudio.api.wire import PatientProtocol
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.live.jobs import Job, Jobs
 from evastudio.live.stages import Stages
+from evastudio.live.tokens import Role, Tokens
 from evastudio.settings import Settings
 from evastudio.studio.client import client_page
 from evastudio.studio.views import Views
 from evastudio.workspace import shipped
 from evastudio.world.compiled import is_compiled
 
-WEBSOCKET_BYTES = 64 * 2**20
-"""Pictures of a view come back through its websocket."""
 BACKLOG = 128
 """Connections that may wait while the studio starts."""
 
@@ -76,7 +79,14 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         await asyncio.to_thread(context.jobs.close)
         store.close()
 
-    app = FastAPI(title="EVA Studio", version="1", lifespan=lifespan, docs_url=None, redoc_url=None)
+    app = FastAPI(
+        title="EVA Studio",
+        version="1",
+        lifespan=lifespan,
+        docs_url=None,
+        redoc_url=None,
+        max_body_size=limits.MOST_BODY_BYTES,
+    )
     problems.install(app)
     app.include_router(api_router())
     web = shipped() / "web"
@@ -103,16 +113,19 @@ def create_app(settings: Settings, port: int) -> FastAPI:
 
     @app.websocket("/view/{stage}")
     @app.websocket("/view/{stage}/")
-    async def view_socket(websocket: WebSocket, stage: str) -> None:
+    async def view_socket(websocket: WebSocket, stage: str, visitor: Visitor) -> None:
         try:
             found = websocket.app.state.context.stages.get(stage)
         except NotFoundError:
             await websocket.close(4404, "There is no such stage; load the page again.")
             return
-        await views.handle(found, websocket)
+        await views.handle(found, websocket, heard=visitor.role is Role.AUTHOR)
 
     app.mount("/web", StaticFiles(directory=web), name="web")
-    app.add_middleware(Guard, door=Door(settings.host, port, settings.token))
+    people = People(settings.token, Tokens(store))
+    app.state.people = people
+    door = Door(settings.host, port, settings.public_url)
+    app.add_middleware(Guard, door=door, people=people)
     return app
 
 
@@ -130,21 +143,28 @@ def serve(settings: Settings, announce: Callable[[str], None]) -> None:
         listener.close()
         raise
     shown = "127.0.0.1" if settings.host in {"0.0.0.0", "::"} else settings.host
-    url = f"http://{f'[{shown}]' if ':' in shown else shown}:{port}/?token={settings.token}"
+    base = settings.public_url or f"http://{f'[{shown}]' if ':' in shown else shown}:{port}"
     config = uvicorn.Config(
         app,
         log_level="warning",
         access_log=False,
         server_header=False,
+        http=PatientProtocol,
+        h11_max_incomplete_event_size=limits.MOST_HEAD_BYTES,
+        limit_concurrency=limits.MOST_CONNECTIONS,
+        proxy_headers=settings.behind_proxy is not None,
+        forwarded_allow_ips=settings.behind_proxy,
         ws="websockets-sansio",
         ws_per_message_deflate=False,
-        ws_max_size=WEBSOCKET_BYTES,
+        ws_max_size=limits.MOST_MESSAGE_BYTES,
         timeout_graceful_shutdown=3,
     )
 
     def listening() -> None:
-        announce(url)
+        announce(f"{base}/?token={settings.token}")
         if settings.browser:
+            # Whom this machine is shared with can read which address the browser was given.
+            url = f"{base}/?token={app.state.people.code(time.monotonic())}"
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
     # uvicorn ends cleanly at these and then raises them again, for the handlers set here.

@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
-import hmac
+import asyncio
+import contextlib
 import html
-import ipaddress
-import socket
-from dataclasses import dataclass
-from urllib.parse import parse_qsl, urlencode, urlsplit
+import math
+from urllib.parse import parse_qsl, urlencode
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
 from starlette.requests import cookie_parser
 from starlette.responses import HTMLResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from evastudio.api import limits
+from evastudio.api.connections import Connections
+from evastudio.api.door import Door
+from evastudio.api.people import Credential, People, Person
 from evastudio.api.problems import problem_response
+from evastudio.api.rights import READING, REFUSAL, SOCKET, may
+from evastudio.api.throttle import Throttle
+from evastudio.errors import StudioError
+from evastudio.live.tokens import cookie_of
 
-SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
-ANY_HOST = frozenset({"0.0.0.0", "::", "[::]"})
 PAGE_POLICY = (
     "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'self'; base-uri 'none'; "
     "form-action 'none'; object-src 'none'"
@@ -31,47 +37,18 @@ VIEW_POLICY = (
 to this server alone."""
 
 
-@dataclass(frozen=True)
-class Door:
-    """What the guard needs to know."""
-
-    host: str
-    """The address the server is bound to."""
-    port: int
-    token: str
-
-    @property
-    def cookie(self) -> str:
-        """Cookies ignore ports, so the name tells them apart."""
-        return f"evastudio-{self.port}"
-
-    def admits_host(self, host_header: str) -> bool:
-        """Whether a request addressed to that host is meant for this server (DNS rebinding)."""
-        try:
-            name = urlsplit(f"//{host_header}").hostname or ""
-        except ValueError:  # half an IPv6 address
-            return False
-        if name in {"localhost", "127.0.0.1", "::1", self.host.strip("[]").lower()}:
-            return True
-        if self.host not in ANY_HOST:
-            return False
-        try:
-            ipaddress.ip_address(name)
-        except ValueError:
-            return name == socket.gethostname().lower()
-        return True
-
-    def knows(self, token: str) -> bool:
-        """Whether that is the token, in constant time."""
-        return hmac.compare_digest(token.encode(), self.token.encode())
-
-
 class Guard:
-    """ASGI middleware: Host, token and Origin are checked before anything else happens."""
+    """ASGI middleware: host, who it is, origin and rights are checked before anything else happens.
 
-    def __init__(self, app: ASGIApp, door: Door) -> None:
+    Whoever is let in is found in the scope's state as `person`.
+    """
+
+    def __init__(self, app: ASGIApp, door: Door, people: People) -> None:
         self._app = app
         self._door = door
+        self._people = people
+        self._throttle = Throttle()
+        self._connections = Connections(people.good)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -79,66 +56,173 @@ class Guard:
             return
         headers = Headers(scope=scope)
         websocket = scope["type"] == "websocket"
-        refusal = self._refusal(scope, headers, websocket)
-        if refusal is None:
-            await self._app(scope, receive, send if websocket else _hardened(scope, send))
+        sending = send if websocket else _hardened(scope, send)
+        found = await self._admitted(scope, headers, websocket)
+        if isinstance(found, Person):
+            scope.setdefault("state", {})["person"] = found
+            await self._answer(found, scope, receive, sending)
         elif websocket:
             await receive()
             await send({"type": "websocket.close", "code": 1008, "reason": ""})
         else:
-            await refusal(scope, receive, _hardened(scope, send))
+            await found(scope, receive, sending)
 
-    def _refusal(self, scope: Scope, headers: Headers, websocket: bool) -> Response | None:
-        """The answer to a request that may not pass, or None."""
+    async def _answer(self, person: Person, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the application answer, until it has, or until the token is revoked."""
+        websocket = scope["type"] == "websocket"
+        receiving = receive if websocket or scope["method"] in READING else _prompt(receive)
+        with self._connections.answering(person, websocket) as connection:
+            try:
+                await self._app(scope, receiving, send)
+            except asyncio.CancelledError:
+                if not connection.cut:
+                    raise
+                connection.task.uncancel()
+                with contextlib.suppress(Exception):  # it has ended by itself at this moment
+                    await send(
+                        {"type": "websocket.close", "code": 4401, "reason": "No longer let in."}
+                        if websocket
+                        else {"type": "http.response.body", "body": b"", "more_body": False}
+                    )
+
+    async def _admitted(self, scope: Scope, headers: Headers, websocket: bool) -> Person | Response:
+        """Who may pass, or the answer to a request that may not."""
         host = headers.get("host", "")
         if not self._door.admits_host(host):
             return problem_response(
                 421, "Wrong host", "This server does not answer to that host name."
             )
-        bearer = headers.get("authorization", "")
-        scheme, _, given = bearer.partition(" ")
-        by_header = scheme.lower() == "bearer" and self._door.knows(given.strip())
-        if not websocket and scope["path"] == "/":
-            offered = dict(parse_qsl(scope.get("query_string", b"").decode("latin-1")))
-            if self._door.knows(offered.get("token", "")):
-                return self._welcome(offered)
-        if not by_header and not self._door.knows(self._cookie(headers)):
+        query = scope.get("query_string", b"")
+        if len(scope.get("raw_path") or b"") + len(query) > limits.MOST_TARGET_BYTES:
+            return problem_response(414, "Address too long", "The address is too long.")
+        if not websocket and scope["path"] == "/" and b"token=" in query:
+            return await self._welcome(scope, headers, dict(parse_qsl(query.decode("latin-1"))))
+        scheme, _, given = headers.get("authorization", "").partition(" ")
+        cookie = self._cookie(headers, host)
+        person: Person | Response | None = None
+        by_header = scheme.lower() == "bearer"
+        if by_header:
+            person = await self._known(scope, Credential(given.strip(), cookie=False))
+        elif cookie:
+            person = await self._known(scope, Credential(cookie, cookie=True))
+        if person is None:
             return problem_response(
                 401,
                 "No access",
                 "Open the address that the studio printed when it started; it carries the access "
                 "token. Programs send it as 'Authorization: Bearer TOKEN'.",
             )
+        if not isinstance(person, Person):
+            return person
+        method = SOCKET if websocket else scope["method"]
         origin = headers.get("origin")
-        needs_origin = websocket or scope["method"] not in SAFE_METHODS
         if origin is None:
-            allowed = by_header or not needs_origin
+            allowed = by_header or method in READING
         else:
-            allowed = origin.partition("://")[2] == host
-        if not allowed and (needs_origin or origin is not None):
+            allowed = origin == self._door.origin(host)
+        if not allowed:
             return problem_response(
                 403, "Wrong origin", "This request came from another site and was refused."
             )
-        return None
+        if not may(person.role, method, scope["path"]):
+            return problem_response(403, "Not for viewers", REFUSAL)
+        full = self._connections.full(person, websocket)
+        if full is not None:
+            return _later(503, "Too much at once", full, limits.RETRY_S)
+        return person
 
-    def _cookie(self, headers: Headers) -> str:
+    async def _known(self, scope: Scope, shown: Credential) -> Person | Response | None:
+        """Whose credential that is, None, or the answer where it cannot be looked at now."""
+        now_s = asyncio.get_running_loop().time()
+        address = (scope.get("client") or ("", 0))[0]
+        wait_s = self._throttle.wait_s(address, shown.digest, now_s)
+        if wait_s > 0.0:
+            return _later(
+                429,
+                "Too many wrong tokens",
+                f"Too many wrong tokens came from this address. Try again in {wait_s:.0f} s.",
+                math.ceil(wait_s),
+            )
+        try:
+            person = await self._people.who(shown)
+        except StudioError as error:
+            return _later(503, "Storage problem", str(error), limits.RETRY_S)
+        if person is None:
+            self._throttle.wrong(address, shown.digest, now_s)
+        else:
+            self._throttle.right(shown.digest)
+        return person
+
+    def _cookie(self, headers: Headers, host: str) -> str:
         """Read as browsers write them: other servers of this host put anything into theirs."""
-        return cookie_parser(headers.get("cookie", "")).get(self._door.cookie, "")
+        return cookie_parser(headers.get("cookie", "")).get(self._door.cookie(host), "")
 
-    def _welcome(self, query: dict[str, str]) -> Response:
+    async def _welcome(self, scope: Scope, headers: Headers, query: dict[str, str]) -> Response:
         """Swap the token in the address for a cookie, so that it does not stay in the history."""
-        rest = urlencode({name: value for name, value in query.items() if name != "token"})
+        if headers.get("sec-fetch-dest", "document") != "document":
+            return problem_response(
+                403, "Wrong origin", "Another page asked for this one; open it by itself."
+            )
+        given = query.pop("token", "")
+        token = self._people.redeem(given, asyncio.get_running_loop().time()) or given
+        person = await self._known(scope, Credential(token, cookie=False))
+        if isinstance(person, Response):
+            return person
+        if person is None:
+            return problem_response(
+                401,
+                "No access",
+                "The token in this address is not, or no longer, good. Open the address that the "
+                "studio printed when it started last, or ask for a new token.",
+            )
         # Not a redirect: after a link from another site the browser would follow it without the
         # strict cookie. A page of our own that leads on is a new start.
-        target = html.escape("/" + (f"?{rest}" if rest else ""))
+        target = html.escape("/" + (f"?{urlencode(query)}" if query else ""))
         response = HTMLResponse(
             f'<!doctype html><title>EVA Studio</title><meta http-equiv="refresh" '
             f'content="0; url={target}"><a href="{target}">Enter</a>'
         )
+        host = headers.get("host", "")
         response.set_cookie(
-            self._door.cookie, self._door.token, httponly=True, samesite="strict", path="/"
+            self._door.cookie(host),
+            cookie_of(token),
+            path="/",
+            httponly=True,
+            samesite="strict",
+            secure=self._door.secure(host),
         )
         return response
+
+
+def _later(status: int, title: str, detail: str, seconds: int) -> Response:
+    """A problem that time mends."""
+    response = problem_response(status, title, detail)
+    response.headers["Retry-After"] = str(seconds)
+    return response
+
+
+def _prompt(receive: Receive) -> Receive:
+    """`receive`, for bodies that come at a fair pace. A slow one is answered with 408."""
+    loop = asyncio.get_running_loop()
+    start_s, came, whole = loop.time(), 0, False
+
+    async def prompt() -> Message:
+        nonlocal came, whole
+        if whole:
+            return await receive()
+        allowed_s = start_s + limits.BODY_S + came / limits.SLOWEST_BYTES
+        try:
+            async with asyncio.timeout_at(allowed_s):
+                message = await receive()
+        except TimeoutError:
+            raise HTTPException(
+                408, "The body came too slowly; send it again.", {"Connection": "close"}
+            ) from None
+        came += len(message.get("body", b""))
+        whole = not message.get("more_body", False)
+        return message
+
+    return prompt
 
 
 def _hardened(scope: Scope, send: Send) -> Send:

@@ -9,6 +9,7 @@ from evastudio.api import (
     clips,
     evaluations,
     jobs,
+    me,
     pilots,
     policies,
     policy_files,
@@ -21,6 +22,7 @@ from evastudio.api import (
 
 PREFIX = "/api/v1"
 ROOMS = (
+    me,
     scenes,
     sessions,
     takes,

@@ -12,6 +12,7 @@ from evastudio.api.arrays import JSON, NPZ, as_json, npz
 from evastudio.api.bodies import body_of, model_or_arrays
 from evastudio.api.context import Studio
 from evastudio.api.downloads import BINARY
+from evastudio.api.limits import MOST_UPLOAD_BYTES
 from evastudio.api.models.asking import MOST_ASKED, DecideIn, ExplainIn
 from evastudio.errors import InvalidInputError
 from evastudio.learning.policy import Policy
@@ -40,6 +41,7 @@ def _answers(model: str) -> dict[int | str, dict[str, object]]:
 
 @router.post(
     "/{name}/decide",
+    max_body_size=MOST_UPLOAD_BYTES,
     response_class=Response,
     responses=_answers("DecisionsOut"),
     openapi_extra=body_of(DecideIn, {"states": [[0.0] * 10]}),
@@ -76,6 +78,7 @@ def decide(
 
 @router.post(
     "/{name}/explain",
+    max_body_size=MOST_UPLOAD_BYTES,
     response_class=Response,
     responses=_answers("ExplanationsOut"),
     openapi_extra=body_of(ExplainIn, {"states": [[0.0] * 10]}),

@@ -21,7 +21,7 @@ def get_clips(studio: Studio) -> ClipsOut:
     return ClipsOut.model_validate(clips(studio.workspace))
 
 
-@router.put("/files/{name}")
+@router.put("/files/{name}", max_body_size=MOST_BYTES)
 async def put_file(name: str, request: Request, studio: Studio) -> ClipsOut:
     """Keep the body as a file of that name, .glb or .bvh; nothing is kept that cannot be read."""
     data = bytearray()

@@ -48,6 +48,7 @@ async def _file(request: Request) -> tuple[bytes, bool]:
 
 @router.put(
     "/{name}/file",
+    max_body_size=MOST_BYTES,
     openapi_extra={
         "requestBody": {
             "required": True,

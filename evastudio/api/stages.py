@@ -14,10 +14,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from evastudio.api.attendance import Attendance
 from evastudio.api.context import Context, Studio
+from evastudio.api.models.common import Page
 from evastudio.api.models.stages import CommandIn, KeysIn, StageIn, StageOut
+from evastudio.api.people import Visitor
+from evastudio.api.rights import REFUSAL
 from evastudio.errors import InvalidInputError, NotFoundError, StudioError
 from evastudio.live.jobs import Job
 from evastudio.live.live_stage import LiveStage
+from evastudio.live.tokens import Role
 
 router = APIRouter(prefix="/stages", tags=["stages"])
 logger = logging.getLogger(__name__)
@@ -40,6 +44,12 @@ async def open_stage(body: StageIn, studio: Studio) -> StageOut:
 
     studio.attendances[stage.name] = Attendance(stage, close)
     return _stage(stage)
+
+
+@router.get("")
+def list_stages(studio: Studio) -> Page[StageOut]:
+    """The stages that are open now, the first opened first."""
+    return Page(items=[_stage(stage) for stage in studio.stages.all()])
 
 
 @router.get("/{stage}")
@@ -66,8 +76,11 @@ async def close_stage(stage: str, studio: Studio) -> None:
 
 
 @router.websocket("/{stage}/socket")
-async def drive(websocket: WebSocket, stage: str, studio: Studio) -> None:
-    """Keys and commands in, status, jobs and notices out, as JSON messages with a `type`."""
+async def drive(websocket: WebSocket, stage: str, studio: Studio, visitor: Visitor) -> None:
+    """Keys and commands in, status, jobs and notices out, as JSON messages with a `type`.
+
+    From a viewer nothing is taken in.
+    """
     attendance = studio.attendances.get(stage)
     try:
         found = studio.stages.get(stage)
@@ -77,7 +90,7 @@ async def drive(websocket: WebSocket, stage: str, studio: Studio) -> None:
         await websocket.close(4404, "There is no such stage; load the page again.")
         return
     await websocket.accept()
-    await Drive(websocket, found, attendance, studio).run()
+    await Drive(websocket, found, attendance, studio, visitor.role).run()
 
 
 class _Message(BaseModel):
@@ -89,11 +102,17 @@ class Drive:
     """One page at one stage."""
 
     def __init__(
-        self, websocket: WebSocket, stage: LiveStage, attendance: Attendance, studio: Context
+        self,
+        websocket: WebSocket,
+        stage: LiveStage,
+        attendance: Attendance,
+        studio: Context,
+        role: Role,
     ) -> None:
         self._websocket = websocket
         self._stage = stage
-        self._attendance = attendance
+        self._attendance = attendance if role is Role.AUTHOR else None
+        """Who only watches does not keep a stage open."""
         self._studio = studio
         self._loop = asyncio.get_running_loop()
         self._out: asyncio.Queue[Mapping[str, Any]] = asyncio.Queue()
@@ -101,7 +120,8 @@ class Drive:
         self._lag_s = float("inf")
 
     async def run(self) -> None:
-        self._attendance.came()
+        if self._attendance is not None:
+            self._attendance.came()
         self._stage.on_status.append(self._told_status)
         self._studio.job_listeners.add(self._told_job)
         tasks = [
@@ -119,9 +139,10 @@ class Drive:
             await asyncio.gather(*tasks, return_exceptions=True)
             self._studio.job_listeners.discard(self._told_job)
             self._stage.on_status.remove(self._told_status)
-            with contextlib.suppress(StudioError):  # the stage was closed meanwhile
-                self._stage.hold([], by=self)
-            self._attendance.left()
+            if self._attendance is not None:
+                with contextlib.suppress(StudioError):  # the stage was closed meanwhile
+                    self._stage.hold([], by=self)
+                self._attendance.left()
 
     def _told_status(self, told: dict[str, Any]) -> None:
         """On the stage's thread."""
@@ -153,6 +174,8 @@ class Drive:
             return
 
     def _take_in(self, text: str) -> None:
+        if self._attendance is None:
+            raise InvalidInputError(REFUSAL)
         message = _Message.model_validate_json(text)
         content = message.model_extra or {}
         if message.type == "keys":

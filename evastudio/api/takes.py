@@ -14,6 +14,7 @@ from evastudio.api.arrays import JSON, NPZ, as_json, npz
 from evastudio.api.bodies import body_of, model_or_arrays
 from evastudio.api.context import Context, Studio
 from evastudio.api.downloads import BINARY, download, downloadable, etag_of
+from evastudio.api.limits import MOST_UPLOAD_BYTES
 from evastudio.api.models.common import Page
 from evastudio.api.models.takes import (
     ActionsIn,
@@ -76,6 +77,7 @@ async def _actions(request: Request) -> ActionsIn | dict[str, AnyArray]:
 
 @router.post(
     "/takes/{take}/actions",
+    max_body_size=MOST_UPLOAD_BYTES,
     openapi_extra=body_of(ActionsIn, {"first_step": 0, "actions": [[0.05, 0.0], [0.05, 0.0]]}),
 )
 def append_actions(

@@ -22,7 +22,17 @@ def studio(
     store: StoreOption = None,
     host: Annotated[str, typer.Option(help="Address to listen at.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="Port; 0 takes any free one.")] = DEFAULT_PORT,
-    token: Annotated[str | None, typer.Option(help="Access token; a new one by default.")] = None,
+    token: Annotated[
+        str | None,
+        typer.Option(envvar="EVASTUDIO_TOKEN", help="Access token; a new one by default."),
+    ] = None,
+    public_url: Annotated[
+        str | None,
+        typer.Option(help="Address that a proxy in front shows, as https://studio.example."),
+    ] = None,
+    behind_proxy: Annotated[
+        str | None, typer.Option(help="Address of that proxy, whose X-Forwarded-For is believed.")
+    ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
     json_output: JsonFlag = False,
 ) -> None:
@@ -30,10 +40,23 @@ def studio(
     from evastudio.server import serve  # the server's libraries are slow to load
 
     given: dict[str, Any] = {} if token is None else {"token": token}
-    settings = Settings(Workspace(workspace, store), host, port, browser=browser, **given)
+    settings = Settings(
+        Workspace(workspace, store),
+        host,
+        port,
+        public_url=public_url,
+        behind_proxy=behind_proxy,
+        browser=browser,
+        **given,
+    )
 
     def announce(url: str) -> None:
-        text = json.dumps({"url": url}) if json_output else f"EVA Studio is open at\n\n    {url}\n"
+        exposed = settings.exposure
+        if json_output:
+            text = json.dumps({"url": url, **({"exposure": exposed} if exposed else {})})
+        else:
+            text = f"EVA Studio is open at\n\n    {url}\n"
+            text += f"\n{exposed}\n" if exposed else ""
         print(text, flush=True)
 
     serve(settings, announce)

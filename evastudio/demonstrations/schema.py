@@ -16,10 +16,10 @@ from sqlalchemy import (
     Text,
 )
 
-VERSION = 4
+VERSION = 5
 """Raised with every change of the tables; a store of a newer version is refused. 2 added the
 evaluations, 3 the studies, 4 where takes come from, what people note of them and what their
-writers call them."""
+writers call them, 5 the tokens."""
 
 metadata = MetaData()
 
@@ -125,3 +125,16 @@ studies = Table(
     Column("told", Text, nullable=False),
 )
 """`told` is the study as JSON."""
+
+tokens = Table(
+    "tokens",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("name", String(80), nullable=False, index=True),
+    Column("role", String(20), nullable=False),
+    Column("digest", String(64), nullable=False, unique=True),
+    Column("cookie", String(64), nullable=False, unique=True),
+    Column("created_at", Float, nullable=False),
+    Column("revoked_at", Float),
+)
+"""`digest` is the SHA-256 of the secret, `cookie` that of the cookie made from it."""

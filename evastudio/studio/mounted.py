@@ -11,6 +11,7 @@ from __future__ import annotations
 import asyncio
 import inspect
 import logging
+import math
 import threading
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -24,9 +25,28 @@ from viser.infra import _infra
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 from websockets.exceptions import ConnectionClosedOK
 
+from evastudio.live.pace import Pace
+
 Point = tuple[float, float, float]
 SUBPROTOCOL = f"viser-v{viser.__version__}"
 """What viser's own client asks for; it refuses a server of another version."""
+
+LONGEST_MESSAGE = 4096
+"""Bytes; where a browser looks from takes some three hundred."""
+CAMERA = {
+    "wxyz": 4,
+    "position": 3,
+    "look_at": 3,
+    "up_direction": 3,
+    "fov": 1,
+    "near": 1,
+    "far": 1,
+    "image_height": 1,
+    "image_width": 1,
+}
+"""What a browser tells of its camera, and how many numbers that is."""
+PER_S, AT_ONCE = 200.0, 400.0
+"""Messages from one browser; viser's client sends its camera at most some fifty times a second."""
 
 _swapping = threading.Lock()
 _log = logging.getLogger(__name__)
@@ -75,8 +95,8 @@ class MountedSockets(infra.WebsockServer):
         for state in list(self._client_state_from_id.values()):
             state.message_buffer.set_done()
 
-    async def handle(self, websocket: WebSocket) -> None:
-        """Serve one client until it leaves or the server stops."""
+    async def handle(self, websocket: WebSocket, heard: bool) -> None:
+        """Serve one client until it leaves or the server stops; `heard` as `_listen` says."""
         if SUBPROTOCOL not in websocket.scope.get("subprotocols", ()):
             await websocket.close(1002, "Reload the page: it is of another version.")
             return
@@ -108,7 +128,7 @@ class MountedSockets(infra.WebsockServer):
             pumps = [
                 loop.create_task(_infra._message_producer(wire, own, client)),
                 loop.create_task(_infra._message_producer(wire, shared, client, done)),
-                loop.create_task(_infra._message_consumer(wire, on_message, self._message_class)),
+                loop.create_task(_listen(wire, on_message if heard else None)),
             ]
             await asyncio.wait(pumps, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -123,6 +143,42 @@ class MountedSockets(infra.WebsockServer):
             shared.generator_cursors.pop(client, None)
             await _call_all(self._client_disconnect_cb, connection)
             await wire.close()
+
+
+async def _listen(wire: Connection, heard: Callable[[infra.Message], None] | None) -> None:
+    """Take in what a client sends until it leaves, floods, or sends what viser's never would.
+
+    viser would act on whatever its own client could send: values of panels, clicks, files,
+    requests for a public tunnel. The studio's page has its controls outside of viser, so all
+    that is `heard` is where a browser looks from, and of one that only watches nothing.
+    """
+    loop = asyncio.get_running_loop()
+    pace = Pace(PER_S, AT_ONCE)
+    while True:
+        raw = await wire.recv()
+        if not pace.allows(loop.time()) or len(raw) > LONGEST_MESSAGE:
+            await wire.close(1008, "Too much at once.")
+            return
+        if heard is None:
+            continue
+        try:
+            message = _messages.Message.deserialize(raw)
+            told = type(message) is _messages.ViewerCameraMessage and _finite(message)
+        except Exception:  # of whatever kind: the bytes are anybody's
+            await wire.close(1008, "This is no message of the view.")
+            return
+        if told:
+            heard(message)
+
+
+def _finite(camera: infra.Message) -> bool:
+    """Whether a browser's camera is told in as many finite numbers as it takes."""
+    for name, size in CAMERA.items():
+        told = getattr(camera, name)
+        parts = told if size > 1 else (told,)
+        if len(parts) != size or not all(math.isfinite(part) for part in parts):
+            return False
+    return True
 
 
 async def _call_all(
@@ -160,9 +216,12 @@ class MountedViser(viser.ViserServer):
             self._sockets._incoming_handlers.pop(message)
         self._up: tuple[float, ...] = ()
 
-    async def handle(self, websocket: WebSocket) -> None:
-        """Serve a websocket whose right to be here has been checked, until it closes."""
-        await self._sockets.handle(websocket)
+    async def handle(self, websocket: WebSocket, heard: bool = True) -> None:
+        """Serve a websocket whose right to be here has been checked, until it closes.
+
+        Unless `heard`, nothing that the browser sends is looked at.
+        """
+        await self._sockets.handle(websocket, heard)
 
     @property
     def clients(self) -> int:

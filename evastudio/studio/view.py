@@ -97,9 +97,9 @@ class View:
             self._horizon = at
             self._server.scene.set_background_image(backdrop(look, at), format="png")
 
-    async def handle(self, websocket: WebSocket) -> None:
-        """Serve one browser's websocket until it leaves."""
-        await self._server.handle(websocket)
+    async def handle(self, websocket: WebSocket, heard: bool = True) -> None:
+        """Serve one browser's websocket until it leaves; look at what it sends where `heard`."""
+        await self._server.handle(websocket, heard)
 
     def close(self) -> None:
         """End every connection."""

@@ -29,13 +29,13 @@ class Views:
         """Number of browsers that look at any of them."""
         return sum(shown.looking for shown in self._shown.values())
 
-    async def handle(self, stage: LiveStage, websocket: WebSocket) -> None:
-        """Serve one browser that looks at `stage`, until it leaves."""
+    async def handle(self, stage: LiveStage, websocket: WebSocket, heard: bool = True) -> None:
+        """Serve one browser that looks at `stage`, until it leaves; `heard` as `View` says."""
         shown = self._shown.get(stage.name)
         if shown is None:
             shown = self._shown[stage.name] = _Shown(stage)
         try:
-            await shown.handle(websocket)
+            await shown.handle(websocket, heard)
         finally:
             if not shown.looking:
                 self.close(stage.name)
@@ -59,12 +59,12 @@ class _Shown:
         self.view = View(stage.scene, asyncio.get_running_loop())
         self.looking = 0
 
-    async def handle(self, websocket: WebSocket) -> None:
+    async def handle(self, websocket: WebSocket, heard: bool) -> None:
         self.looking += 1
         try:
             if self.looking == 1:
                 await asyncio.to_thread(self._stage.watch, self._show)
-            await self.view.handle(websocket)
+            await self.view.handle(websocket, heard)
         except StudioError:
             await websocket.close(4404, "There is no such stage; load the page again.")
         finally:

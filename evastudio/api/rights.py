@@ -1,0 +1,34 @@
+"""Rights: what a viewer may do beside reading. Whatever is not listed here, only an author may."""
+
+from __future__ import annotations
+
+import re
+
+from evastudio.live.tokens import Role
+
+READING = frozenset({"GET", "HEAD", "OPTIONS"})
+"""Methods that change nothing, here as everywhere."""
+SOCKET = "websocket"
+VIEWERS_MAY: tuple[tuple[str, str], ...] = (
+    (SOCKET, "/view/{stage}"),
+    (SOCKET, "/view/{stage}/"),
+    (SOCKET, "/api/v1/stages/{stage}/socket"),
+)
+"""Method, or SOCKET, and path as the route has it, of everything else that a viewer may do: watch
+what an author does on a stage. The handlers of these take in nothing that would change it."""
+REFUSAL = (
+    "You came in as a viewer, who may watch and read here but change nothing. Ask whoever runs "
+    "this studio for an author's token (evastudio tokens add NAME --role author)."
+)
+
+_OPEN = [
+    (method, re.compile(re.sub(r"\\\{\w+\\\}", "[^/]+", re.escape(path))))
+    for method, path in VIEWERS_MAY
+]
+
+
+def may(role: Role, method: str, path: str) -> bool:
+    """Whether somebody of that role may; `method` is SOCKET for a websocket."""
+    if role is Role.AUTHOR or method in READING:
+        return True
+    return any(method == one and pattern.fullmatch(path) for one, pattern in _OPEN)
