@@ -468,6 +468,8 @@ class LiveStage:
     def _tell(self) -> None:
         now = time.monotonic()
         self._told_at = now
+        if not self.on_status:
+            return
         message = self._describe(self._stage.status(now))
         for listener in list(self.on_status):
             listener(message)

@@ -19,15 +19,22 @@ class Sight:
     def __init__(self) -> None:
         self._chosen: str | None = None
         self._drawn: Camera | None = None
+        self._names: tuple[str, ...] = ()
+
+    def names(self, scene: Scene, snapshot: Snapshot) -> tuple[str, ...]:
+        """Of the scene's cameras, which stay the same while a world lasts."""
+        if not self._names:
+            self._names = tuple(scene.cameras(snapshot))
+        return self._names
 
     def name(self, scene: Scene, snapshot: Snapshot) -> str:
         """Of the camera in use: the one chosen, or the scene's first where it has none such."""
-        known = list(scene.cameras(snapshot))
+        known = self.names(scene, snapshot)
         return self._chosen if self._chosen in known else known[0]
 
     def choose(self, name: str | None, scene: Scene, snapshot: Snapshot) -> None:
         """Use that camera from now on, or the one after the present one. Raises NotFoundError."""
-        known = list(scene.cameras(snapshot))
+        known = self.names(scene, snapshot)
         if name is None:
             present = known.index(self.name(scene, snapshot))
             name = known[(present + 1) % len(known)]
@@ -42,7 +49,7 @@ class Sight:
 
     def forget(self) -> None:
         """What was drawn belongs to a world that is no more."""
-        self._drawn = None
+        self._drawn, self._names = None, ()
 
     def pointed_at(
         self, pointer: Pointer | None, scene: Scene, snapshot: Snapshot

@@ -58,6 +58,7 @@ class Stage:
         self._lead = 0
         self._percept: Percept | None = None
         self._chose: str | None = None
+        self._judged: tuple[Snapshot | None, int] = (None, 0)
         self._enter(seed)
         self._review: Review | None = None
         self._next_frame = now
@@ -302,7 +303,7 @@ class Stage:
 
     def status(self, now: float) -> Status:
         counting, review = self.phase is Phase.COUNTDOWN, self._review
-        code = int(self.scene.outcome(self._after)[0])
+        code = self._outcome()
         outcome = self.scene.outcomes[code] if code else None
         return Status(
             phase=self.phase,
@@ -328,7 +329,7 @@ class Stage:
             decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
             lead=self._lead if self.scene.characters else None,
             camera=self.camera,
-            cameras=tuple(self.scene.cameras(self._after)),
+            cameras=self._sight.names(self.scene, self._after),
             seed=self.seed,
             options=dict(self.scene.values),
             problem=None if self.recorder is None else self.recorder.problem,
@@ -360,7 +361,7 @@ class Stage:
         """See `Status.decision`."""
         if self.phase is Phase.PLAYING:
             return self._chose
-        if self.phase is not Phase.RECORDING:
+        if self.phase is not Phase.RECORDING or not self._decides_symbols:
             return None
         return self._symbol(self.keys.foresee(*self.clock.interval))
 
@@ -385,6 +386,18 @@ class Stage:
         if self._percept is None:
             self._percept = self.scene.perception().perceive(self._after)
         return self._percept
+
+    @property
+    def _decides_symbols(self) -> bool:
+        return isinstance(self.scene.chosen(self.scene.perception()), Symbols)
+
+    def _outcome(self) -> int:
+        """The code of how the world stands; found once for each moment."""
+        moment, code = self._judged
+        if moment is not self._after:
+            code = int(self.scene.outcome(self._after)[0])
+            self._judged = (self._after, code)
+        return code
 
     def _symbol(self, actions: Array) -> str | None:
         """What `actions` (1, m) of the lead come to, by name; None where that is no symbol."""
@@ -447,7 +460,7 @@ class Stage:
         self._percept = None
         self._steps_here += 1
         self.reel.add(self._after)
-        code = int(self.scene.outcome(self._after)[0])
+        code = self._outcome()
         if code:
             if self.recorder is not None:
                 self.recorder.end(self.scene.outcomes[code], wall)
