@@ -18,9 +18,9 @@ from fastapi import FastAPI, Request, WebSocket
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from evastudio.api import limits, problems
+from evastudio.api import limits, openapi, problems
 from evastudio.api.access import Guard
-from evastudio.api.app import api_router
+from evastudio.api.app import PREFIX, api_router
 from evastudio.api.context import Context
 from evastudio.api.door import Door
 from evastudio.api.people import People, Visitor
@@ -81,14 +81,16 @@ def create_app(settings: Settings, port: int) -> FastAPI:
 
     app = FastAPI(
         title="EVA Studio",
-        version="1",
         lifespan=lifespan,
         docs_url=None,
         redoc_url=None,
+        openapi_url=f"{PREFIX}/openapi.json",
+        generate_unique_id_function=lambda route: route.name,
         max_body_size=limits.MOST_BODY_BYTES,
     )
     problems.install(app)
     app.include_router(api_router())
+    openapi.describe(app)
     web = shipped() / "web"
 
     @app.get("/", include_in_schema=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Depends
 
 from evastudio.api import (
     asking,
@@ -19,6 +19,7 @@ from evastudio.api import (
     takes,
     worlds,
 )
+from evastudio.api.letters import plain_text
 
 PREFIX = "/api/v1"
 ROOMS = (
@@ -40,7 +41,7 @@ ROOMS = (
 
 def api_router() -> APIRouter:
     """Every route of the API."""
-    router = APIRouter(prefix=PREFIX)
+    router = APIRouter(prefix=PREFIX, dependencies=[Depends(plain_text)])
     for part in ROOMS:
         router.include_router(part.router)
     return router

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
+from http import HTTPStatus
+from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -19,6 +22,20 @@ from evastudio.errors import (
 
 logger = logging.getLogger(__name__)
 
+MEDIA_TYPE = "application/problem+json"
+PROBLEM: Mapping[str, Any] = {
+    "type": "object",
+    "description": "RFC 9457. The detail is a sentence a person can read.",
+    "properties": {
+        "type": {"type": "string"},
+        "title": {"type": "string"},
+        "status": {"type": "integer", "minimum": 400, "maximum": 599},
+        "detail": {"type": "string"},
+    },
+    "required": ["type", "title", "status", "detail"],
+}
+"""As JSON Schema."""
+
 STATUS: tuple[tuple[type[StudioError], int, str], ...] = (
     (NotFoundError, 404, "Not found"),
     (ConflictError, 409, "Not possible now"),
@@ -26,11 +43,18 @@ STATUS: tuple[tuple[type[StudioError], int, str], ...] = (
     (StorageError, 409, "Storage problem"),
 )
 
+SENTENCES: Mapping[int, str] = {
+    400: "The request cannot be read.",
+    404: "There is nothing at this address.",
+    405: "This address takes {allowed}, not {method}.",
+}
+
 
 def problem_response(status: int, title: str, detail: str) -> Response:
     """One problem as the body of a response."""
-    body = {"type": "about:blank", "title": title, "status": status, "detail": detail}
-    return JSONResponse(body, status_code=status, media_type="application/problem+json")
+    told = detail.encode("utf-8", "backslashreplace").decode()  # half a letter can be in a name
+    body = {"type": "about:blank", "title": title, "status": status, "detail": told}
+    return JSONResponse(body, status_code=status, media_type=MEDIA_TYPE)
 
 
 def install(app: FastAPI) -> None:
@@ -44,16 +68,28 @@ def install(app: FastAPI) -> None:
         return problem_response(400, "Not possible", str(error))
 
     @app.exception_handler(RequestValidationError)
-    async def invalid(_: Request, error: RequestValidationError) -> Response:
+    async def invalid(request: Request, error: RequestValidationError) -> Response:
+        found = error.errors()
+        if isinstance(error.body, bytes) and [tuple(one["loc"]) for one in found] == [("body",)]:
+            given = request.headers.get("content-type", "nothing")[:80]
+            detail = f"The body is said to be {given!r}; send application/json."
+            return problem_response(415, "Wrong kind of body", detail)
         told = "; ".join(
-            f"{'.'.join(str(part) for part in one['loc'][1:]) or 'body'}: {one['msg']}"
-            for one in error.errors()[:5]
+            f"{'.'.join(str(part) for part in one['loc'][1:])[:200] or 'body'}: {one['msg'][:500]}"
+            for one in found[:5]
         )
         return problem_response(422, "Invalid input", told)
 
     @app.exception_handler(HTTPException)
-    async def http_error(_: Request, error: HTTPException) -> Response:
-        response = problem_response(error.status_code, "Request refused", str(error.detail))
+    async def http_error(request: Request, error: HTTPException) -> Response:
+        title = HTTPStatus(error.status_code).phrase
+        detail = str(error.detail)
+        allowed = (error.headers or {}).get("Allow", "")
+        if detail == title:
+            detail = SENTENCES.get(error.status_code, detail + ".").format(
+                method=request.method, allowed=allowed
+            )
+        response = problem_response(error.status_code, title, detail)
         response.headers.update(error.headers or {})
         return response
 
