@@ -29,7 +29,7 @@ IfMatch = Annotated[str | None, Header(max_length=200, description="ETag of the 
     response_class=Response,
     responses=downloadable({BINARY_TYPE: BINARY, JSON: {"schema": {"type": "object"}}}),
 )
-def get_file(name: str, request: Request, studio: Studio) -> Response:
+def get_policy_file(name: str, request: Request, studio: Studio) -> Response:
     """The file of a policy, .safetensors, or of a switch, JSON."""
     path = studio.shelf.file(name)
     kind = JSON if path.name.endswith(SWITCH) else BINARY_TYPE
@@ -56,7 +56,7 @@ async def _file(request: Request) -> tuple[bytes, bool]:
         }
     },
 )
-def put_file(
+def put_policy_file(
     name: str,
     body: Annotated[tuple[bytes, bool], Depends(_file)],
     studio: Studio,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any
@@ -84,13 +85,15 @@ def install(app: FastAPI) -> None:
     async def http_error(request: Request, error: HTTPException) -> Response:
         title = HTTPStatus(error.status_code).phrase
         detail = str(error.detail)
-        allowed = (error.headers or {}).get("Allow", "")
+        headers = dict(error.headers or {})
+        if error.status_code == 405:
+            headers["Allow"] = _methods(request)
         if detail == title:
             detail = SENTENCES.get(error.status_code, detail + ".").format(
-                method=request.method, allowed=allowed
+                method=request.method, allowed=headers.get("Allow", "other methods")
             )
         response = problem_response(error.status_code, title, detail)
-        response.headers.update(error.headers or {})
+        response.headers.update(headers)
         return response
 
     @app.exception_handler(Exception)
@@ -99,3 +102,13 @@ def install(app: FastAPI) -> None:
         return problem_response(
             500, "Failed", "This did not work, for a reason that the server's log tells."
         )
+
+
+def _methods(request: Request) -> str:
+    """What the address of `request` takes, by all of its routes: a router tells of the first."""
+    found: set[str] = set()
+    for template, operations in request.app.openapi()["paths"].items():
+        pattern = re.sub(r"\\{\w+\\}", "[^/]+", re.escape(template))
+        if re.fullmatch(pattern, request.url.path):
+            found |= {method.upper() for method in operations}
+    return ", ".join(sorted(found)) or "GET"
