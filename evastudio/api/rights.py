@@ -10,12 +10,14 @@ READING = frozenset({"GET", "HEAD", "OPTIONS"})
 """Methods that change nothing, here as everywhere."""
 SOCKET = "websocket"
 VIEWERS_MAY: tuple[tuple[str, str], ...] = (
+    ("POST", "/api/v1/policies/{name}/decide"),
+    ("POST", "/api/v1/policies/{name}/explain"),
     (SOCKET, "/view/{stage}"),
     (SOCKET, "/view/{stage}/"),
     (SOCKET, "/api/v1/stages/{stage}/socket"),
 )
 """Method, or SOCKET, and path as the route has it, of everything else that a viewer may do: watch
-what an author does on a stage. The handlers of these take in nothing that would change it."""
+what an author does on a stage, ask a policy. The handlers of these take in nothing that would change it."""
 REFUSAL = (
     "You came in as a viewer, who may watch and read here but change nothing. Ask whoever runs "
     "this studio for an author's token (evastudio tokens add NAME --role author)."
