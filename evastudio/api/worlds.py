@@ -5,10 +5,15 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import time
+from collections.abc import Mapping
+from typing import Annotated, Literal
 
-from fastapi import APIRouter, status
+from fastapi import APIRouter, Depends, Query, Request, Response, status
 
+from evastudio.api.arrays import JSON, NPZ, as_json, npz, read_npz
+from evastudio.api.bodies import body_of, media_type, model_or_arrays, read_body, wrong_type
 from evastudio.api.context import Context, Studio
+from evastudio.api.downloads import BINARY
 from evastudio.api.models.common import Page
 from evastudio.api.models.worlds import (
     DemonstratingOut,
@@ -19,13 +24,24 @@ from evastudio.api.models.worlds import (
     WorldsIn,
     WorldsOut,
 )
-from evastudio.errors import StudioError
-from evastudio.live.batch import Batch
+from evastudio.errors import InvalidInputError, StudioError
+from evastudio.live.batch import MOST_BYTES, Batch
+from evastudio.live.saved import Saved
 from evastudio.live.stepping import Seen
 from evastudio.live.worlds import IDLE_S
+from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Space, Symbols
 
 router = APIRouter(prefix="/worlds", tags=["worlds"])
+
+Form = Annotated[Literal["json", "npz"], Query(alias="format")]
+Frame = Annotated[
+    Literal["world", "own"],
+    Query(description="Whose frame actions are in: the world's, or that of policies' decisions."),
+]
+SEEN: dict[int | str, dict[str, object]] = {
+    200: {"description": "How the worlds are now.", "content": {NPZ: BINARY}}
+}
 
 
 @router.post("", status_code=status.HTTP_201_CREATED)
@@ -48,32 +64,92 @@ def get_worlds(worlds: str, studio: Studio) -> WorldsOut:
     return _described(studio.worlds.get(worlds))
 
 
-@router.get("/{worlds}/state")
-def observe_worlds(worlds: str, studio: Studio) -> SeenOut:
-    """How the worlds are now."""
+@router.get("/{worlds}/state", response_model=SeenOut, responses=SEEN)
+def observe_worlds(worlds: str, studio: Studio, form: Form = "json") -> Response:
+    """How the worlds are now. As npz the arrays `states`, `outcomes` (codes), `progress`, `steps`;
+    so too where else worlds are told."""
     batch = studio.worlds.get(worlds)
-    return _seen(batch, batch.observe())
+    return _told(batch, batch.observe(), form)
 
 
-@router.post("/{worlds}/reset")
-def reset_worlds(worlds: str, body: ResetIn, studio: Studio) -> SeenOut:
+@router.post("/{worlds}/reset", response_model=SeenOut, responses=SEEN)
+def reset_worlds(worlds: str, body: ResetIn, studio: Studio, form: Form = "json") -> Response:
     """New worlds in place of those there are, of any number; a running take is kept as it is."""
     batch = studio.worlds.get(worlds)
-    return _seen(batch, batch.reset(body.seeds))
+    return _told(batch, batch.reset(body.seeds), form)
 
 
-@router.post("/{worlds}/step")
-def step_worlds(worlds: str, body: StepIn, studio: Studio) -> SeenOut:
-    """One decision in every world, or several one after another."""
+async def _step_body(request: Request) -> StepIn | dict[str, AnyArray]:
+    return await model_or_arrays(request, StepIn)
+
+
+@router.post(
+    "/{worlds}/step",
+    response_model=SeenOut,
+    responses=SEEN,
+    openapi_extra=body_of(StepIn, {"actions": [[0.05, 0.0]]}),
+)
+def step_worlds(
+    worlds: str,
+    body: Annotated[StepIn | dict[str, AnyArray], Depends(_step_body)],
+    studio: Studio,
+    frame: Frame = "world",
+    form: Form = "json",
+) -> Response:
+    """One decision in every world, or several one after another. As npz: `actions`."""
     batch = studio.worlds.get(worlds)
-    return _seen(batch, batch.step(body.actions, own=body.frame == "own"))
+    if isinstance(body, Mapping) and set(body) != {"actions"}:
+        raise InvalidInputError(
+            f"The arrays are {', '.join(sorted(body)) or 'none'}; expected actions alone."
+        )
+    actions = body["actions"] if isinstance(body, Mapping) else body.actions
+    return _told(batch, batch.step(actions, own=frame == "own"), form)
 
 
-@router.post("/{worlds}/play")
-def play_worlds(worlds: str, body: PlayIn, studio: Studio) -> SeenOut:
+@router.post("/{worlds}/play", response_model=SeenOut, responses=SEEN)
+def play_worlds(worlds: str, body: PlayIn, studio: Studio, form: Form = "json") -> Response:
     """Let a policy, or another pilot of the studio, decide for some steps; none is recorded."""
     batch = studio.worlds.get(worlds)
-    return _seen(batch, batch.play(body.pilot, body.steps))
+    return _told(batch, batch.play(body.pilot, body.steps), form)
+
+
+@router.get(
+    "/{worlds}/snapshot",
+    response_class=Response,
+    responses={200: {"description": "The snapshot.", "content": {NPZ: BINARY}}},
+)
+def save_worlds(worlds: str, studio: Studio) -> Response:
+    """Everything about the worlds now, to go on from: `fixed.NAME` and `moving.NAME` of the
+    snapshot, `seeds`, `steps`, what a pilot that plays remembers, and what it is all about."""
+    batch = studio.worlds.get(worlds)
+    named = {"Content-Disposition": f'attachment; filename="worlds-{batch.name}.npz"'}
+    return Response(npz(batch.save().arrays()), media_type=NPZ, headers=named)
+
+
+async def _snapshot_body(request: Request) -> bytes:
+    if media_type(request) != NPZ:
+        raise wrong_type(media_type(request), NPZ)
+    return await read_body(request, MOST_BYTES)
+
+
+@router.put(
+    "/{worlds}/snapshot",
+    response_model=SeenOut,
+    responses=SEEN,
+    openapi_extra={"requestBody": {"required": True, "content": {NPZ: BINARY}}},
+)
+def restore_worlds(
+    worlds: str,
+    body: Annotated[bytes, Depends(_snapshot_body)],
+    studio: Studio,
+    form: Form = "json",
+) -> Response:
+    """Go on from a snapshot as it was downloaded, of worlds of the same scene and options.
+
+    What the program does from there on is a take that begins there.
+    """
+    batch = studio.worlds.get(worlds)
+    return _told(batch, batch.restore(Saved.of(read_npz(body, MOST_BYTES))), form)
 
 
 @router.delete("/{worlds}", status_code=status.HTTP_204_NO_CONTENT)
@@ -123,11 +199,9 @@ def _names(space: Space) -> list[str]:
     return ["symbol"] if isinstance(space, Symbols) else list(space.names)
 
 
-def _seen(batch: Batch, seen: Seen) -> SeenOut:
-    return SeenOut(
-        states=seen.states.tolist(),
-        outcomes=[batch.scene.outcomes[code] for code in seen.outcomes],
-        progress=seen.progress.tolist(),
-        steps=seen.steps.tolist(),
-        ended=bool(seen.outcomes.all()),
-    )
+def _told(batch: Batch, seen: Seen, form: Form) -> Response:
+    if form == "npz":
+        return Response(npz(seen.arrays()), media_type=NPZ)
+    outcomes = [batch.scene.outcomes[code] for code in seen.outcomes]
+    told = {**seen.arrays(), "outcomes": outcomes, "ended": bool(seen.outcomes.all())}
+    return Response(as_json(told), media_type=JSON)

@@ -171,6 +171,7 @@ class Batch:
             fixed = checked_like(saved.snapshot.fixed, begun.fixed, "snapshot")
             if any((fixed[name] != array).any() for name, array in begun.fixed.items()):
                 raise InvalidInputError("The worlds of the snapshot are not those of its seeds.")
+            moving = {name: np.array(array) for name, array in moving.items()}
             snapshot = Snapshot(begun.fixed, moving)
             try:
                 worlds = Stepping(self.scene, self.view, saved.seeds, snapshot, saved.steps)

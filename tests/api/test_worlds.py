@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import io
 from typing import TYPE_CHECKING, Any
 
+import httpx
 import numpy as np
 import pytest
 
 from evastudio.api import worlds as routes
+from evastudio.api.arrays import NPZ, npz
 from evastudio.api.context import Context
 from evastudio.demonstrations.store import Store
 from evastudio.live import headless
@@ -85,6 +88,57 @@ def test_a_crowd_is_stepped_by_its_lead_or_whole(studio: Studio) -> None:
     studio.client.delete(path)
 
 
+def arrays_of(answer: httpx.Response) -> dict[str, Any]:
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"] == NPZ
+    return dict(np.load(io.BytesIO(answer.content)))
+
+
+def test_arrays_travel_as_npz_too(studio: Studio) -> None:
+    made, path = opened(studio, seeds=[1, 2], perception="paper")
+    actions = np.random.default_rng(0).uniform(-0.1, 0.1, (4, 2, len(made["own_action"])))
+    headers = {"Content-Type": NPZ}
+    answer = studio.client.post(
+        f"{path}/step?format=npz&frame=own", content=npz({"actions": actions}), headers=headers
+    )
+    seen = arrays_of(answer)
+    told = studio.client.get(f"{path}/state").json()
+    assert told["steps"] == [4, 4]
+    assert np.array_equal(seen["states"], told["states"])
+    assert [made["outcomes"][code] for code in seen["outcomes"]] == told["outcomes"]
+    for arrays in ({}, {"actions": actions, "more": actions}):
+        wrong = studio.client.post(f"{path}/step", content=npz(arrays), headers=headers)
+        assert (wrong.status_code, "expected actions alone" in wrong.text) == (422, True)
+    studio.client.delete(path)
+
+
+def test_worlds_are_saved_and_go_on_in_others(studio: Studio) -> None:
+    _, path = opened(studio, scene="crowd", seeds=[5])
+    studio.client.post(f"{path}/play", json={"pilot": "crowd-and-boulder", "steps": 9})
+    kept = studio.client.get(f"{path}/snapshot")
+    arrays = arrays_of(kept)
+    assert arrays["seeds"].tolist() == [5]
+    body = {"pilot": "crowd-and-boulder", "steps": 20}
+    expected = studio.client.post(f"{path}/play", json=body).json()
+    _, other = opened(studio, scene="crowd", seeds=[1, 2])
+    headers = {"Content-Type": NPZ}
+    told = studio.client.put(f"{other}/snapshot", content=kept.content, headers=headers)
+    assert told.json()["steps"] == [9]
+    assert studio.client.post(f"{other}/play", json=body).json() == expected
+    for bad, status, says in (
+        (b"PK", 422, "not arrays"),
+        (npz({**arrays, "seeds": np.array([6])}), 422, "not those of its seeds"),
+        (npz({**arrays, "moving.lead": np.array([60])}), 422, "led by"),
+        (kept.content[:5000], 422, "not arrays"),
+    ):
+        answer = studio.client.put(f"{other}/snapshot", content=bad, headers=headers)
+        assert answer.status_code == status
+        assert says in answer.json()["detail"]
+    assert studio.client.put(f"{other}/snapshot", json={}).status_code == 415
+    for one in (path, other):
+        studio.client.delete(one)
+
+
 @pytest.mark.parametrize(
     ("change", "body", "status", "says"),
     [
@@ -96,6 +150,7 @@ def test_a_crowd_is_stepped_by_its_lead_or_whole(studio: Studio) -> None:
         ("/step", {"actions": [0.0, 0.0]}, 422, "actions"),
         ("/step", {"actions": [[0.0]]}, 422, "expected (1, 2)"),
         ("/step", {"actions": [[0.0, 0.0], [0.0]]}, 422, "not a table"),
+        ("/step?frame=mine", {"actions": [[0.0, 0.0]]}, 422, "frame"),
         ("/play", {"pilot": "ghost"}, 404, "ghost"),
         ("/play", {"pilot": "crowd-fleeing"}, 409, "made for scene"),
         ("/play", {"pilot": "straight", "steps": 10**9}, 422, "steps"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field, FiniteFloat
 
@@ -38,9 +38,6 @@ class StepIn(Model):
     actions: Rows | Blocks | Steps
     """(worlds, m) or (steps, worlds, m); where many act (worlds, characters, m) or (steps, worlds,
     characters, m), or (worlds, m) for the leads alone while the others rest."""
-    frame: Literal["world", "own"] = "world"
-    """Whether actions are in the world's frame, or in that of the perception, as policies decide.
-    """
 
 
 class PlayIn(Model):
