@@ -82,13 +82,13 @@ def at(x: float, seed: int = 0) -> Snapshot:
 
 
 @contextlib.asynccontextmanager
-async def served(view: View) -> AsyncIterator[str]:
+async def served(view: View, heard: bool = True) -> AsyncIterator[str]:
     """The address of `view`'s websocket on a server that runs within the block."""
     app = FastAPI()
 
     @app.websocket("/view")
     async def socket_of_view(websocket: WebSocket) -> None:
-        await view.handle(websocket)
+        await view.handle(websocket, heard)
 
     with socket.create_server(("127.0.0.1", 0)) as listening:
         server = uvicorn.Server(
