@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,6 +55,15 @@ class Workspace:
     def pictures(self) -> Path:
         """Where pictures of evaluations are kept once they are drawn; they can be drawn again."""
         return self.root / "pictures"
+
+    @property
+    def unsaved(self) -> tuple[Path, ...]:
+        """Where takes wait that cannot be saved: here, or elsewhere where this disk is full."""
+        cache = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+        temporary = Path(tempfile.gettempdir()) / f"evastudio-{os.getuid()}"
+        own = not temporary.exists() or temporary.lstat().st_uid == os.getuid()
+        folders = (self.root / "unsaved", cache / "evastudio" / "unsaved", temporary)
+        return folders if own else folders[:2]
 
     def ready(self) -> Workspace:
         """Make the folder and check that it can be written. Raises StorageError."""

@@ -7,7 +7,7 @@ from sqlalchemy import Connection, Row, delete, insert, select
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.packing import pack, unpack
-from evastudio.errors import StorageError
+from evastudio.errors import ConflictError, StorageError
 from evastudio.world.snapshot import AnyArray
 
 JOINED_BYTES = 1 << 20
@@ -17,15 +17,44 @@ JOINED_BYTES = 1 << 20
 def write_chunk(
     connection: Connection, take: int, first_step: int, steps: int, packed: bytes
 ) -> None:
-    """The steps of a take from `first_step` on. Written again, the same changes nothing."""
+    """The next steps of a take, from `first_step` on. Written again, the same changes nothing.
+
+    Raises ConflictError where the take has other steps there, or lacks some before them.
+    """
     chunks = schema.chunks
-    same = select(chunks.c.arrays).where(
-        chunks.c.take_id == take, chunks.c.first_step == first_step
-    )
-    if connection.execute(same).scalar_one_or_none() == packed:
+    last = select(chunks.c.first_step, chunks.c.steps).where(chunks.c.take_id == take)
+    row = connection.execute(last.order_by(chunks.c.first_step.desc()).limit(1)).first()
+    present = 0 if row is None else row.first_step + row.steps
+    if first_step < present and _holds(connection, take, first_step, steps, packed):
         return  # its writer was cut off before it was told
+    if first_step != present:
+        raise ConflictError(
+            f"Take {take} has {present} steps, and these begin with step {first_step}; send what "
+            "follows first."
+        )
     connection.execute(
         insert(chunks).values(take_id=take, first_step=first_step, steps=steps, arrays=packed)
+    )
+
+
+def _holds(connection: Connection, take: int, first_step: int, steps: int, packed: bytes) -> bool:
+    """Whether the take has just these steps already, maybe joined with others."""
+    chunks = schema.chunks
+    around = select(chunks.c.first_step, chunks.c.steps, chunks.c.arrays).where(
+        chunks.c.take_id == take, chunks.c.first_step <= first_step
+    )
+    row = connection.execute(around.order_by(chunks.c.first_step.desc()).limit(1)).first()
+    if row is None:
+        return False
+    if row.arrays == packed:
+        return True
+    begins = first_step - row.first_step
+    old, new = (unpack(data, f"recording of take {take}") for data in (row.arrays, packed))
+    return old.keys() == new.keys() and all(
+        np.array_equal(old[name][begins : begins + steps], new[name], equal_nan=True)
+        if new[name].dtype.kind == "f"
+        else np.array_equal(old[name][begins : begins + steps], new[name])
+        for name in new
     )
 
 

@@ -1,20 +1,31 @@
-"""The recorder: streams the pairs of a running take to the store, never making it wait."""
+"""The recorder: streams the pairs of a running take to the store, never making it wait.
+
+Two threads serve it. One puts what was recorded into a spill, which outlives the process; the
+other writes from there into the store, as long as that takes, and tries again where it fails.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import logging
+import threading
 import time
-from collections import deque
-from collections.abc import Callable
+import uuid
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from evastudio.demonstrations.packing import pack
 from evastudio.demonstrations.records import Origin
-from evastudio.demonstrations.store import Store
-from evastudio.errors import NotFoundError
+from evastudio.demonstrations.spill import Spill
+from evastudio.demonstrations.spill_file import BEGIN, FINISH, PAIRS, RESTORE, TRASH, Entry
+from evastudio.demonstrations.store import Store, pack_pairs
+from evastudio.demonstrations.unsaved import Writing
+from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
@@ -25,7 +36,7 @@ CHUNK_S = 0.4
 """Longest time that pairs wait in memory; with the write itself it stays under 0.5 s."""
 CLOSE_S = 10.0
 """So long a closing recorder goes on trying to write what it could not."""
-RETRY_S = 0.1
+RETRY_S = 0.25
 
 Row = tuple[Array, Array, Snapshot]
 """State (1, n), action (1, m), or those of all characters (1, characters, m), and moment of one
@@ -34,39 +45,81 @@ decision step."""
 
 @dataclass
 class _Running:
-    """A take in the making. Only the writing thread touches `id` and `written`."""
+    """A take in the making. Only the keeping thread touches `begin`, `kept` and `broken`."""
 
     scene: Scene
+    session: int
     seed: int
     pilot: str
     perception: str
     snapshot: Snapshot
     started_at: float
     origin: Origin | None = None
+    key: str = field(default_factory=lambda: uuid.uuid4().hex)
     pairs: int = 0
     buffer: list[Row] = field(default_factory=list)
-    written: int = 0
-    id: int | None = None
+    begin: Entry | None = None
+    kept: int = 0
+    broken: bool = False
+    """Pairs could not be packed: what follows would not continue the take."""
+
+    def beginning(self) -> Entry:
+        values: dict[str, Any] = {
+            "session": self.session,
+            "scene_version": self.scene.version,
+            "seed": self.seed,
+            "options": dict(self.scene.values),
+            "dt_s": self.scene.dt_s,
+            "pilot": self.pilot,
+            "perception": self.perception,
+            "started_at": self.started_at,
+            "origin": None if self.origin is None else asdict(self.origin),
+        }
+        return Entry(BEGIN, self.key, values, pack(self.snapshot.fixed))
 
 
 class Recorder:
-    """Writes takes into one session, on a thread of its own.
+    """Writes takes into one session, on threads of its own.
 
-    A take enters the store with its first chunk. A write that fails is kept and tried again
-    with the next one; `problem` says so meanwhile.
+    A take enters the store with its first chunk. What the store does not take waits in a file, or
+    in memory where none can be written; `problem` says so meanwhile.
     """
 
-    def __init__(self, store: Store, session: int, perception: str | None = None) -> None:
-        self._store = store
+    def __init__(
+        self,
+        store: Store,
+        session: int,
+        perception: str | None = None,
+        folders: Sequence[Path] = (),
+    ) -> None:
+        """What waits is kept in the first of `folders` that can be written."""
         self.session = session
         self._perception = perception
-        self._writer = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder")
+        self._spill = Spill(store.identity, folders)
+        self._writing = Writing(store)
+        self._keeper = ThreadPoolExecutor(max_workers=1, thread_name_prefix="recorder")
+        self._writer = threading.Thread(target=self._write_on, name="writer", daemon=True)
+        self._wake = threading.Condition()
+        self._due = False
+        self._closing_at: float | None = None
+        self._calls: list[Callable[[], None]] = []
         self._take: _Running | None = None
         self._last: _Running | None = None
         self._thrown: _Running | None = None
-        self._pending: deque[Callable[[], None]] = deque()
-        self.problem: str | None = None
-        """Why the latest write failed, or None."""
+        self._failure: str | None = None
+        self._broken_off: str | None = None
+        self.left: list[Path] = []
+        """Files that still held something when it was closed."""
+
+    @property
+    def problem(self) -> str | None:
+        """Why the latest write failed, and where what was recorded is meanwhile, or None."""
+        failure = self._failure
+        if failure is None:
+            return self._broken_off
+        place = self._spill.place
+        where = "in memory" if place is None else f"in the file {str(place)!r}"
+        return f"Recording goes on {where} until it can be saved; saving failed: {failure}"
 
     @property
     def running(self) -> bool:
@@ -106,7 +159,8 @@ class Recorder:
         """
         self.end(None, now)
         name = scene.perception(self._perception).name
-        self._take = _Running(scene, seed, pilot, name, snapshot, now, origin)
+        self._broken_off = None
+        self._take = _Running(scene, self.session, seed, pilot, name, snapshot, now, origin)
 
     def add(self, state: Array, action: Array, snapshot: Snapshot) -> None:
         """One pair and the moment it belongs to: rows of shape (1, n) and (1, m).
@@ -122,12 +176,11 @@ class Recorder:
             self.flush()
 
     def flush(self) -> None:
-        """Hand what is in memory to the writer now."""
+        """Hand what is in memory to the keeping thread now."""
         take = self._take
         if take is not None and take.buffer:
             rows, take.buffer = take.buffer, []
-
-            self._submit(lambda: self._write(take, rows))
+            self._keeper.submit(self._keep_pairs, take, rows)
 
     def end(self, outcome: str | None, now: float) -> None:
         """End the running take, if any; `outcome` None where it was broken off."""
@@ -136,12 +189,7 @@ class Recorder:
             return
         self.flush()
         self._take, self._last, self._thrown = None, take, None
-
-        def finish() -> None:
-            if take.id is not None:
-                self._store.finish_take(take.id, outcome, now)
-
-        self._submit(finish)
+        self._keeper.submit(self._keep, take, FINISH, {"outcome": outcome, "now": now})
 
     def discard(self, now: float) -> bool:
         """Throw the running take, or else the last one, into the trash; False if there is none."""
@@ -150,12 +198,7 @@ class Recorder:
         if take is None:
             return False
         self._thrown = take
-
-        def trash() -> None:
-            if take.id is not None:
-                self._store.trash_take(take.id, now)
-
-        self._submit(trash)
+        self._keeper.submit(self._keep, take, TRASH, {"now": now})
         return True
 
     def undo(self) -> bool:
@@ -164,12 +207,7 @@ class Recorder:
         if take is None:
             return False
         self._last = take
-
-        def restore() -> None:
-            if take.id is not None:
-                self._store.restore_take(take.id)
-
-        self._submit(restore)
+        self._keeper.submit(self._keep, take, RESTORE, {})
         return True
 
     def settle(self, then: Callable[[], None]) -> None:
@@ -179,76 +217,115 @@ class Recorder:
         """
 
         def told() -> None:
-            self._retry()
-            try:
-                then()
-            except Exception as error:
-                logger.warning("The store could not be read: %s", error)
+            with self._wake:
+                self._calls.append(then)
+            self._write_now()
 
         with contextlib.suppress(RuntimeError):  # closed by another thread
-            self._writer.submit(told)
+            self._keeper.submit(told)
 
     def close(self, now: float, patience_s: float = CLOSE_S) -> None:
         """End the running take and return when everything is written.
 
-        A store that refuses is asked again for `patience_s`; `problem` then says what is missing.
+        A store that refuses is asked again for `patience_s`; `problem` then says what is missing,
+        and `left` where it waits to be taken in (`evastudio.demonstrations.unsaved`).
         """
-        self.end(None, now)
         with contextlib.suppress(RuntimeError):  # closed already
-            self._writer.submit(self._insist, patience_s)
-        self._writer.shutdown(wait=True)
-        if self._pending:
-            logger.error("A take of session %d is not whole. %s", self.session, self.problem)
-
-    def _submit(self, work: Callable[[], None]) -> None:
-        self._writer.submit(self._drain, work)
-
-    def _drain(self, work: Callable[[], None]) -> None:
-        """Do `work` after what failed before; what fails now stays first in line."""
-        self._pending.append(work)
-        self._retry()
-
-    def _insist(self, patience_s: float) -> None:
+            self.end(None, now)
+        self._keeper.shutdown(wait=True)
         until = time.monotonic() + patience_s
-        while self._pending and time.monotonic() < until:
-            time.sleep(RETRY_S)
-            self._retry()
+        with self._wake:
+            self._closing_at = until
+            self._wake.notify()
+        if self._writer.ident is not None:
+            self._writer.join(max(0.0, until - time.monotonic()) + RETRY_S)
+        left, lost = self._spill.close()
+        self.left += left
+        if lost:
+            logger.error("A take of session %d is not whole. %s", self.session, self.problem)
+        for path in left:
+            logger.warning("A take of session %d waits in %s to be saved.", self.session, path)
 
-    def _retry(self) -> None:
-        while self._pending:
+    # -- the keeping thread --------------------------------------------------------------------
+
+    def _keep_pairs(self, take: _Running, rows: list[Row]) -> None:
+        if take.broken:
+            return
+        try:
+            if take.begin is None:
+                take.begin = take.beginning()
+            moving: dict[str, AnyArray] = {
+                name: np.concatenate([snapshot.moving[name] for _, _, snapshot in rows])
+                for name in rows[0][2].moving
+            }
+            states = np.concatenate([state for state, _, _ in rows])
+            actions = np.concatenate([action for _, action, _ in rows])
+            packed = pack_pairs(states, actions, moving)
+        except Exception as error:  # scenes are other people's code
+            logger.warning("Pairs could not be packed", exc_info=error)
+            take.broken = True
+            self._broken_off = f"The take ends here, its pairs cannot be written: {error}"
+            return
+        self._keep(take, PAIRS, {"first_step": take.kept, "steps": len(actions)}, packed)
+        take.kept += len(actions)
+
+    def _keep(self, take: _Running, kind: str, values: dict[str, Any], data: bytes = b"") -> None:
+        if take.begin is None:
+            return  # of a take without pairs there is no trace
+        if kind == PAIRS and take.kept == 0:
+            self._spill.put(take.begin, take.begin)
+        if not self._spill.put(Entry(kind, take.key, values, data), take.begin):
+            take.broken = kind == PAIRS
+            self._broken_off = "The take ends here: there is no room for it on any disk."
+        if self._failure is not None:
+            self._spill.sync()
+        self._write_now()
+
+    def _write_now(self) -> None:
+        with self._wake:
+            if self._writer.ident is None:
+                self._writer.start()
+            self._due = True
+            self._wake.notify()
+
+    # -- the writing thread --------------------------------------------------------------------
+
+    def _write_on(self) -> None:
+        while True:
+            with self._wake:
+                self._wake.wait_for(self._asked, None if self._failure is None else RETRY_S)
+                self._due = False
+                calls, self._calls = self._calls, []
+                closing_at = self._closing_at
+            self._write()
+            for call in calls:
+                try:
+                    call()
+                except Exception as error:
+                    logger.warning("The store could not be read: %s", error)
+            if closing_at is not None:
+                if self._failure is None or time.monotonic() >= closing_at:
+                    return
+                time.sleep(RETRY_S)
+
+    def _asked(self) -> bool:
+        return self._due or self._closing_at is not None
+
+    def _write(self) -> None:
+        """Write what is in line until nothing is, or the store refuses."""
+        while (entry := self._spill.front()) is not None:
             try:
-                self._pending[0]()
+                self._writing.write(entry)
             except NotFoundError as error:  # the take was deleted meanwhile: nothing to try again
                 logger.warning("%s", error)
+            except (ConflictError, InvalidInputError) as error:  # nor here
+                logger.warning("A take cannot be kept", exc_info=error)
+                self._broken_off = f"The take ends here: {error}"
             except Exception as error:  # whatever it is, the person must be told
-                if self.problem is None:
+                if self._failure is None:
                     logger.warning("A take could not be written", exc_info=error)
-                self.problem = f"Recording goes on in memory, saving failed: {error}"
+                self._failure = str(error)
+                self._spill.sync()
                 return
-            self._pending.popleft()
-        self.problem = None
-
-    def _write(self, take: _Running, rows: list[Row]) -> None:
-        if take.id is None:
-            take.id = self._store.begin_take(
-                self.session,
-                take.scene,
-                take.perception,
-                take.seed,
-                take.pilot,
-                take.snapshot.fixed,
-                take.started_at,
-                take.origin,
-            )
-        moving: dict[str, AnyArray] = {
-            name: np.concatenate([snapshot.moving[name] for _, _, snapshot in rows])
-            for name in rows[0][2].moving
-        }
-        self._store.append(
-            take.id,
-            take.written,
-            np.concatenate([state for state, _, _ in rows]),
-            np.concatenate([action for _, action, _ in rows]),
-            moving,
-        )
-        take.written += len(rows)
+            self._spill.done()
+        self._failure = None

@@ -54,6 +54,27 @@ class SessionRecord:
 
 
 @dataclass(frozen=True)
+class NewTake:
+    """A take as it begins."""
+
+    key: str | None
+    """What its writer calls it: of two with one key the first is made."""
+    session: int
+    scene_version: int
+    seed: int
+    options: Mapping[str, float]
+    dt_s: float
+    pilot: str
+    perception: str
+    started_at: float
+    """Seconds since the epoch."""
+    origin: Origin | None
+    """What it goes on from, where that is no new world."""
+    fixed: bytes
+    """The unchanging arrays of its world, packed."""
+
+
+@dataclass(frozen=True)
 class TakeRecord:
     """One unbroken demonstration in one world."""
 

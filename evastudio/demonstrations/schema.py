@@ -16,10 +16,10 @@ from sqlalchemy import (
     Text,
 )
 
-VERSION = 5
+VERSION = 6
 """Raised with every change of the tables; a store of a newer version is refused. 2 added the
 evaluations, 3 the studies, 4 where takes come from, what people note of them and what their
-writers call them, 5 the tokens."""
+writers call them, 5 the tokens, 6 the keys of takes that were deleted."""
 
 metadata = MetaData()
 
@@ -65,6 +65,7 @@ takes = Table(
     Column("fixed", LargeBinary, nullable=False),
     Index("takes_number", "session_id", "number", unique=True),
     Index("takes_key", "key", unique=True),
+    sqlite_autoincrement=True,  # the id of a deleted take is never another's
 )
 """`origin` is JSON, the moment of another run that a take goes on from. `key` is what its writer
 calls a take, so that one who was cut off while it began does not begin another. `fixed` holds the
@@ -138,3 +139,7 @@ tokens = Table(
     Column("revoked_at", Float),
 )
 """`digest` is the SHA-256 of the secret, `cookie` that of the cookie made from it."""
+
+deleted_takes = Table("deleted_takes", metadata, Column("key", String(80), primary_key=True))
+"""Keys of takes that were deleted: their writers, who may still hold pairs, do not bring them
+back."""

@@ -16,6 +16,7 @@ from evastudio.demonstrations.engine import open_engine, writing
 from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.records import (
     Marks,
+    NewTake,
     Origin,
     SessionRecord,
     TakeData,
@@ -140,29 +141,44 @@ class Store:
         One that goes on from a moment of another run says so by its `origin`. Asked again with
         the same `key`, it is the take that was begun then. Raises NotFoundError.
         """
-        table = schema.takes
+        return self.write_take(
+            NewTake(
+                key=key,
+                session=session,
+                scene_version=scene.version,
+                seed=seed,
+                options=dict(scene.values),
+                dt_s=scene.dt_s,
+                pilot=pilot,
+                perception=perception,
+                started_at=now,
+                origin=origin,
+                fixed=pack(fixed),
+            )
+        )
+
+    def write_take(self, new: NewTake) -> int:
+        """As `begin_take`. Raises NotFoundError where the take or its session was deleted."""
+        table, gone = schema.takes, schema.deleted_takes
+        values = {
+            **vars(new),
+            "session_id": new.session,
+            "options": json.dumps(dict(new.options)),
+            "pilot": _checked_name(new.pilot, "pilot"),
+            "origin": None if new.origin is None else json.dumps(asdict(new.origin)),
+        }
+        del values["session"]
         with writing(self.engine) as connection:
-            number = next_number(connection, session)
-            if key is not None:
-                begun = connection.execute(select(table.c.id).where(table.c.key == key)).scalar()
+            number = next_number(connection, new.session)
+            if new.key is not None:
+                known = select(table.c.id).where(table.c.key == new.key)
+                begun = connection.execute(known).scalar()
                 if begun is not None:
                     return int(begun)
-            result = connection.execute(
-                insert(table).values(
-                    session_id=session,
-                    scene_version=scene.version,
-                    number=number,
-                    key=key,
-                    seed=seed,
-                    options=json.dumps(dict(scene.values)),
-                    dt_s=scene.dt_s,
-                    pilot=_checked_name(pilot, "pilot"),
-                    perception=perception,
-                    started_at=now,
-                    fixed=pack(fixed),
-                    origin=None if origin is None else json.dumps(asdict(origin)),
-                )
-            )
+                deleted = select(gone.c.key).where(gone.c.key == new.key)
+                if connection.execute(deleted).first() is not None:
+                    raise NotFoundError(f"The take of {new.pilot!r} was deleted meanwhile.")
+            result = connection.execute(insert(table).values(number=number, **values))
             return _new_id(result.inserted_primary_key)
 
     def append(
@@ -176,15 +192,18 @@ class Store:
         """Write the next pairs of a take, all or none of them; the same again changes nothing.
 
         states, actions: shape (steps, n) and (steps, m). moving: arrays of leading axis steps.
-        Raises NotFoundError for a take that was deleted.
+        Raises NotFoundError for a take that was deleted, ConflictError where these are not its next
+        pairs.
         """
-        arrays = {MOVING + name: array for name, array in moving.items()}
-        packed = pack({"states": states, "actions": actions, **arrays})
+        self.write_pairs(take, first_step, len(actions), pack_pairs(states, actions, moving))
+
+    def write_pairs(self, take: int, first_step: int, steps: int, packed: bytes) -> None:
+        """`append` of what `pack_pairs` made."""
         there = select(schema.takes.c.id).where(schema.takes.c.id == take)
         with writing(self.engine) as connection:
             if not connection.execute(there.with_for_update(read=True, key_share=True)).first():
                 raise _no_take(take)
-            write_chunk(connection, take, first_step, len(actions), packed)
+            write_chunk(connection, take, first_step, steps, packed)
 
     def finish_take(self, take: int, outcome: str | None, now: float) -> None:
         """Write how a take ended, None where it was broken off; nothing is appended any more."""
@@ -216,6 +235,8 @@ class Store:
             ids = list(connection.execute(locked).scalars())
             for first in range(0, len(ids), TOGETHER):
                 some = ids[first : first + TOGETHER]
+                keys = select(takes.c.key).where(takes.c.id.in_(some), takes.c.key.is_not(None))
+                connection.execute(insert(schema.deleted_takes).from_select(["key"], keys))
                 for table in (schema.chunks, schema.marks):
                     connection.execute(delete(table).where(table.c.take_id.in_(some)))
                 connection.execute(delete(takes).where(takes.c.id.in_(some)))
@@ -347,6 +368,12 @@ def next_number(connection: Connection, session: int) -> int:
         raise NotFoundError(f"There is no session {session}; choose or make another.")
     last = select(func.max(takes.c.number)).where(takes.c.session_id == session)
     return int(connection.execute(last).scalar() or 0) + 1
+
+
+def pack_pairs(states: AnyArray, actions: AnyArray, moving: Mapping[str, AnyArray]) -> bytes:
+    """Pairs as a chunk of the store holds them; arrays as in `Store.append`."""
+    arrays = {MOVING + name: array for name, array in moving.items()}
+    return pack({"states": states, "actions": actions, **arrays})
 
 
 def checked_note(note: str) -> str:

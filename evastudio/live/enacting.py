@@ -118,7 +118,10 @@ def append_actions(
         _compare(states, seen)
         try:
             store.append(take, first_step, seen, done, moving)
-        except StorageError:  # another request was faster, or the store is in trouble
+        except (
+            ConflictError,
+            StorageError,
+        ):  # another was faster, or the store is in trouble
             going, _ = _going(workspace, store, take)
             if going.pairs <= first_step:
                 raise

@@ -116,7 +116,7 @@ def record(
             mark=mark,
         )
         number = store.create_session(place, name, pilot, clock(), command)
-        recorder = Recorder(store, number)
+        recorder = Recorder(store, number, folders=workspace.unsaved)
 
         def watch(_: NDArray[np.int64], snapshot: Snapshot, actions: Array) -> None:
             seen = of_lead(snapshot, perception.perceive(snapshot).states)

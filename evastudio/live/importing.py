@@ -69,7 +69,7 @@ def import_walks(
     done, total = 0, sum(len(leads) for _, leads in chosen)
     with Store(workspace.ready().store_url) as store:
         number = store.create_session(kind(), name, f"people: {from_whom}", clock(), command)
-        recorder = Recorder(store, number)
+        recorder = Recorder(store, number, folders=workspace.unsaved)
         for walks, (stepped, leads) in zip(recordings, chosen, strict=True):
             said = ", ".join(part for part in (walks.source, credit or walks.credit) if part)
             ways = trodden(stepped)

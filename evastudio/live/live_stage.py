@@ -36,6 +36,8 @@ T = TypeVar("T")
 
 PATIENCE_S = 30.0
 """What is asked of a stage is done within this time, or has failed."""
+CLOSE_S = 1.5
+"""So long a stage that closes waits for its store; what is not saved then waits in a file."""
 STATUS_S = 0.125
 """While a stage moves its status is told this often, and at once when it changes phase; what others
 change, as a store that takes pairs again, is seen within this time."""
@@ -102,7 +104,7 @@ class LiveStage:
                 f"The present session is not saved yet. {present.problem} Make room or unlock the "
                 "store, then choose again."
             )
-        recorder = Recorder(self._store, record.id)
+        recorder = Recorder(self._store, record.id, folders=self._workspace.unsaved)
 
         def change() -> Recorder | None:
             before, self._stage.recorder = self._stage.recorder, recorder
@@ -112,7 +114,7 @@ class LiveStage:
 
         before = self.call(change)
         if before is not None:
-            before.close(time.time())
+            before.close(time.time(), CLOSE_S)
         self.refresh()
 
     def demonstrate(
@@ -375,14 +377,20 @@ class LiveStage:
         self._post(run)
         return future.result(timeout=PATIENCE_S)
 
-    def close(self) -> None:
-        """End the running take, write it, and stop the thread."""
+    def close(self) -> bool:
+        """End the running take, write it, and stop the thread.
+
+        False where the store refuses for too long: what it lacks then waits in a file.
+        """
         with self._wake:
             self._closing = True
             self._wake.notify()
         self._thread.join()
-        if self._stage.recorder is not None:
-            self._stage.recorder.close(time.time())
+        recorder = self._stage.recorder
+        if recorder is None:
+            return True
+        recorder.close(time.time(), CLOSE_S)
+        return not recorder.left
 
     # -- the thread ----------------------------------------------------------------------------
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 import secrets
 import threading
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, StudioError, not_found
 from evastudio.live.headless import make_scene
 from evastudio.live.live_stage import LiveStage
+from evastudio.live.rescue import Rescue
 from evastudio.workspace import Workspace
 from evastudio.world import compiled
 
@@ -24,6 +26,8 @@ class Stages:
         self._store = store
         self._stages: dict[str, LiveStage] = {}
         self._lock = threading.Lock()
+        self._rescue = Rescue(store, workspace.unsaved)
+        self._rescue.begin()
 
     def open(
         self,
@@ -68,8 +72,12 @@ class Stages:
         stage = self.get(name)
         with self._lock:
             self._stages.pop(name, None)
-        stage.close()
+        if not stage.close():
+            self._rescue.begin()
 
     def close_all(self) -> None:
-        for stage in self.all():
-            self.close(stage.name)
+        """Close every stage, all at once: each may have to wait for the store."""
+        self._rescue.close()
+        names = [stage.name for stage in self.all()]
+        with ThreadPoolExecutor(max_workers=max(1, len(names))) as closing:
+            list(closing.map(self.close, names))

@@ -11,7 +11,7 @@ from sqlalchemy import func, select, update
 from evastudio.demonstrations import chunks, schema
 from evastudio.demonstrations.records import TakeData
 from evastudio.demonstrations.store import Store
-from evastudio.errors import NotFoundError, StorageError
+from evastudio.errors import ConflictError, NotFoundError, StorageError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray
 
@@ -72,7 +72,7 @@ def test_pairs_written_again_are_there_once(store: Store, scene: Scene, take: in
     append(store, scene, take, 3)
     assert store.take(take).pairs == 18
     states, actions, moving = part(scene, 0)
-    with pytest.raises(StorageError):
+    with pytest.raises(ConflictError):
         store.append(take, 0, states + 1.0, actions, moving)
 
 
