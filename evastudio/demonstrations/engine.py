@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import threading
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 from sqlalchemy import (
     URL,
@@ -100,12 +101,22 @@ def open_engine(url: str) -> Engine:
 def writing(engine: Engine) -> Iterator[Connection]:
     """A transaction whose reads still hold when it writes, on rows it locks `for update`.
 
-    SQLite locks no rows: there it is the only one that writes from its beginning on.
+    SQLite locks no rows: there it is the only one that writes from its beginning on. Threads of
+    this program take turns before they ask SQLite, which lets those who ask together starve.
     """
-    with engine.begin() as connection:
-        if not _is_server(engine):
+    if _is_server(engine):
+        with engine.begin() as connection:
+            yield connection
+        return
+    turn = cast("_Pool", engine.pool).turn
+    if not turn.acquire(timeout=LOCK_WAIT_S):
+        raise StorageError(f"The session store was being written for {LOCK_WAIT_S:g} s. Try again.")
+    try:
+        with engine.begin() as connection:
             connection.exec_driver_sql("BEGIN IMMEDIATE")
-        yield connection
+            yield connection
+    finally:
+        turn.release()
 
 
 def parse_url(url: str) -> URL:
@@ -168,6 +179,11 @@ def _engine(url: URL, shown: str) -> Engine:
 
 class _Pool(QueuePool):
     """A pool that says in a sentence when it is empty for too long."""
+
+    def __init__(self, *given: Any, **settings: Any) -> None:
+        super().__init__(*given, **settings)
+        self.turn = threading.Lock()
+        """Held by the thread that writes, where the database lets only one."""
 
     def connect(self) -> PoolProxiedConnection:
         try:

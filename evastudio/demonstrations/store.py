@@ -13,6 +13,7 @@ from sqlalchemy import Connection, delete, func, insert, select, update
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.chunks import join_chunks, read_chunks, write_chunk
 from evastudio.demonstrations.engine import open_engine, writing
+from evastudio.demonstrations.gathering import Gathering
 from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.records import (
     Marks,
@@ -49,6 +50,7 @@ class Store:
         self.url = url
         self.engine = open_engine(url)
         """Of the database, for what else is kept in it."""
+        self._gathering = Gathering(self.engine)
         with self.engine.connect() as connection:
             self.identity: str = connection.execute(select(schema.store.c.identity)).scalar_one()
 
@@ -75,7 +77,7 @@ class Store:
             "created_at": now,
             "made_by": made_by,
         }
-        with self.engine.begin() as connection:
+        with writing(self.engine) as connection:
             result = connection.execute(insert(schema.sessions).values(**values))
             return _new_id(result.inserted_primary_key)
 
@@ -200,10 +202,13 @@ class Store:
     def write_pairs(self, take: int, first_step: int, steps: int, packed: bytes) -> None:
         """`append` of what `pack_pairs` made."""
         there = select(schema.takes.c.id).where(schema.takes.c.id == take)
-        with writing(self.engine) as connection:
+
+        def write(connection: Connection) -> None:
             if not connection.execute(there.with_for_update(read=True, key_share=True)).first():
                 raise _no_take(take)
             write_chunk(connection, take, first_step, steps, packed)
+
+        self._gathering.write(write)
 
     def finish_take(self, take: int, outcome: str | None, now: float) -> None:
         """Write how a take ended, None where it was broken off; nothing is appended any more."""
@@ -299,7 +304,7 @@ class Store:
     def _change_take(self, take: int, **values: Any) -> None:
         if not 0 < take <= LARGEST_ID:
             raise _no_take(take)
-        with self.engine.begin() as connection:
+        with writing(self.engine) as connection:
             query = update(schema.takes).where(schema.takes.c.id == take).values(**values)
             if connection.execute(query).rowcount == 0:
                 raise _no_take(take)
@@ -310,7 +315,7 @@ class Store:
         self, session: int, settings: Mapping[str, Any], marks: Marks, now: float
     ) -> int:
         """Put a cleaning in force; its id. Pairs are marked, never deleted."""
-        with self.engine.begin() as connection:
+        with writing(self.engine) as connection:
             result = connection.execute(
                 insert(schema.cleanings).values(
                     session_id=session, created_at=now, settings=json.dumps(dict(settings))

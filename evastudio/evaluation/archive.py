@@ -12,6 +12,7 @@ import numpy as np
 from sqlalchemy import Row, insert, select
 
 from evastudio.demonstrations import schema
+from evastudio.demonstrations.engine import writing
 from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.store import LARGEST_ID, Store
 from evastudio.errors import NotFoundError
@@ -58,7 +59,7 @@ def save_evaluation(
     store: Store, comparison: Comparison, asked: Mapping[str, Any], now: float
 ) -> int:
     """Keep `comparison`; its id. `now` in seconds since the epoch."""
-    with store.engine.begin() as connection:
+    with writing(store.engine) as connection:
         made = connection.execute(
             insert(schema.evaluations).values(
                 scene=comparison.scene["name"],

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from sqlalchemy import insert, select
 
 from evastudio.demonstrations import schema
+from evastudio.demonstrations.engine import writing
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError
 
@@ -36,7 +37,7 @@ class Study:
 
 def save_study(store: Store, study: Study, now: float) -> int:
     """Keep `study`; its id. `now` in seconds since the epoch."""
-    with store.engine.begin() as connection:
+    with writing(store.engine) as connection:
         made = connection.execute(
             insert(schema.studies).values(
                 scene=study.scene, created_at=now, told=json.dumps(asdict(study), allow_nan=False)

@@ -103,7 +103,7 @@ class Tokens:
 
     def revoke(self, name: str, now: float) -> None:
         """Let `name` in no longer. Raises NotFoundError where that has no token."""
-        with self._engine.begin() as connection:
+        with writing(self._engine) as connection:
             changed = connection.execute(
                 update(schema.tokens).where(_good(name)).values(revoked_at=now)
             )
