@@ -169,23 +169,37 @@ def serve(settings: Settings, announce: Callable[[str], None]) -> None:
             url = f"{base}/?token={app.state.people.code(time.monotonic())}"
             threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
+    def leaving() -> None:
+        context: Context = app.state.context
+        context.job_feed.close()
+
     # uvicorn ends cleanly at these and then raises them again, for the handlers set here.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: None)
-    _Server(config, listening).run(sockets=[listener])
+    _Server(config, listening, leaving).run(sockets=[listener])
 
 
 class _Server(uvicorn.Server):
-    """uvicorn, telling when it listens."""
+    """uvicorn, telling when it listens, and when it is about to wait for what is open."""
 
-    def __init__(self, config: uvicorn.Config, listening: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        config: uvicorn.Config,
+        listening: Callable[[], None],
+        leaving: Callable[[], None],
+    ) -> None:
         super().__init__(config)
         self._listening = listening
+        self._leaving = leaving
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
         if not self.should_exit:
             self._listening()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        self._leaving()
+        await super().shutdown(sockets)
 
 
 def _listen(host: str, port: int) -> socket.socket:

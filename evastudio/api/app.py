@@ -17,6 +17,7 @@ from evastudio.api import (
     sessions,
     stages,
     takes,
+    world_socket,
     worlds,
 )
 from evastudio.api.letters import plain_text
@@ -36,6 +37,7 @@ ROOMS = (
     jobs,
     stages,
     worlds,
+    world_socket,
 )
 
 

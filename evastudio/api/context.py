@@ -11,6 +11,7 @@ from fastapi import Depends
 from starlette.requests import HTTPConnection
 
 from evastudio.api.attendance import Attendance
+from evastudio.api.job_feed import JobFeed
 from evastudio.demonstrations.store import Store
 from evastudio.live.jobs import Job, Jobs
 from evastudio.live.shelf import Shelf
@@ -34,11 +35,14 @@ class Context:
     shelf: Shelf = field(init=False)
     """The policies, as a program asks them."""
     worlds: Worlds = field(init=False)
+    job_feed: JobFeed = field(init=False)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.shelf = Shelf(self.workspace)
         self.worlds = Worlds(self.workspace, self.store)
+        self.job_feed = JobFeed(self.jobs.all)
+        self.job_listeners.add(self.job_feed.tell)
 
     def background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run `work` on the event loop, and keep it alive until it is done."""

@@ -51,6 +51,20 @@ SENTENCES: Mapping[int, str] = {
 }
 
 
+def standing_of(error: StudioError) -> tuple[int, str]:
+    """The status and the title of an error."""
+    for kind, status, title in STATUS:
+        if isinstance(error, kind):
+            return status, title
+    return 400, "Not possible"
+
+
+def problem(error: StudioError) -> dict[str, object]:
+    """An error as a problem."""
+    status, title = standing_of(error)
+    return {"type": "about:blank", "title": title, "status": status, "detail": str(error)}
+
+
 def problem_response(status: int, title: str, detail: str) -> Response:
     """One problem as the body of a response."""
     told = detail.encode("utf-8", "backslashreplace").decode()  # half a letter can be in a name
@@ -63,10 +77,8 @@ def install(app: FastAPI) -> None:
 
     @app.exception_handler(StudioError)
     async def studio_error(_: Request, error: StudioError) -> Response:
-        for kind, status, title in STATUS:
-            if isinstance(error, kind):
-                return problem_response(status, title, str(error))
-        return problem_response(400, "Not possible", str(error))
+        status, title = standing_of(error)
+        return problem_response(status, title, str(error))
 
     @app.exception_handler(RequestValidationError)
     async def invalid(request: Request, error: RequestValidationError) -> Response:
