@@ -13,6 +13,7 @@ from evastudio.api import (
     pilots,
     policies,
     policy_files,
+    reasons,
     scenes,
     sessions,
     stages,
@@ -36,6 +37,7 @@ ROOMS = (
     clips,
     jobs,
     stages,
+    reasons,
     worlds,
     world_socket,
 )

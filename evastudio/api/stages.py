@@ -262,6 +262,10 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
             stage.seek(command.seconds)
         case "roll":
             stage.roll(command.speed)
+        case "forget":
+            if command.take is None:
+                raise InvalidInputError("No take was named; say which moment of which take.")
+            stage.forget(command.take, command.step)
         case "pace":
             stage.keep_pace(command.speed)
         case "discard":

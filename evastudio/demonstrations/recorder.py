@@ -132,9 +132,9 @@ class Recorder:
         return take.pairs if take else 0
 
     @property
-    def last_take(self) -> int | None:
-        """Id of the take that ended last, once it is written; None where there is none."""
-        return None if self._last is None else self._last.id
+    def last_key(self) -> str | None:
+        """The key of the take that ended last; None where there is none."""
+        return None if self._last is None else self._last.key
 
     @property
     def can_discard(self) -> bool:

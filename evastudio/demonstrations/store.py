@@ -278,6 +278,15 @@ class Store:
             raise _no_take(take)
         return take_record(row)
 
+    def find_take(self, key: str) -> TakeRecord:
+        """The take that its writer knows by `key`. Raises NotFoundError."""
+        query = takes_query().where(schema.takes.c.key == key)
+        with self.engine.connect() as connection:
+            row = connection.execute(query).one_or_none()
+        if row is None:
+            raise NotFoundError("The take is not saved, or it was deleted.")
+        return take_record(row)
+
     def load_take(self, take: int) -> TakeData:
         """The content of a take. Raises NotFoundError, and StorageError where it is damaged."""
         if not 0 < take <= LARGEST_ID:

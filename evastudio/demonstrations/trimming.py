@@ -39,8 +39,8 @@ def keep_last(store: Store, take: int, seconds: float, now: float) -> int:
         origin = Origin(first, take=take, seed=None if record.seed == RECORDED else record.seed)
         changed = {
             "number": number,
-            "key": None,
             "seed": RECORDED,
+            "key": None,
             "started_at": record.started_at + first * dt_s,
             "trashed_at": None,
             "origin": json.dumps(asdict(origin)),

@@ -70,6 +70,10 @@ class GlobalRegressor(RegressorMixin, BaseEstimator, ABC):  # type: ignore[misc]
         agreed = agreement(self.actions_[nearest], weights, self.actions_)
         return Reasons(nearest, distances, weights, agreed)
 
+    def shown(self, pairs: Indices) -> Array | None:
+        """The actions of the kept `pairs` (k,), (k, m); None where it keeps no pairs."""
+        return self.actions_[pairs] if hasattr(self, "actions_") else None
+
     @abstractmethod
     def _shown(self) -> Array:
         """The standardised states that explanations name, (any, n)."""

@@ -100,6 +100,10 @@ class Learner(Protocol):
     def remove_pairs(self, pairs: ArrayLike) -> Self:
         """Forget the pairs of these indices; those behind them move up."""
 
+    def shown(self, pairs: Indices) -> Array | None:
+        """The actions of the kept `pairs` (k,), as `decide` would give them, (k, m); None where
+        it keeps none."""
+
     @property
     def kept(self) -> Indices:
         """Which of the pairs it was fitted to it still has."""

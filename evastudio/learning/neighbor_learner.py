@@ -127,6 +127,10 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
                 "no neighbourhood any more."
             )
 
+    def shown(self, pairs: Indices) -> Array | None:
+        """The actions of the kept `pairs` (k,), (k, m)."""
+        return self.actions_[pairs]
+
     @property
     def kept(self) -> Indices:
         """Which of the pairs it was fitted to it still has: all of them."""

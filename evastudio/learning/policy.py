@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -126,6 +126,16 @@ class Policy:
         Raises InvalidInputError for another width, NaN or infinities.
         """
         return self.learner.explain(self.state.check(states, "states"))
+
+    def without(self, pairs: Indices) -> Policy:
+        """This policy once its learner has forgotten the kept `pairs` (any,), which it has then.
+
+        The learner is changed in place: a policy must not be used any more once another was made
+        from it. Raises InvalidInputError where too few pairs would be left, or it keeps none.
+        """
+        self.learner.remove_pairs(pairs)
+        moments = None if self.moments is None else np.delete(self.moments, pairs, axis=0)
+        return replace(self, pairs=self.pairs - len(np.unique(pairs)), moments=moments)
 
     def describe(self) -> dict[str, Any]:
         """All but the numbers of the learner, as JSON holds it."""

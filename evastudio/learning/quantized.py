@@ -20,7 +20,7 @@ from sklearn.utils.validation import check_is_fitted
 from evastudio.errors import InvalidInputError
 from evastudio.learning.checking import checked_states, checked_symbols, checked_targets
 from evastudio.learning.knn import KNNPolicy
-from evastudio.learning.learner import Layout, Stored
+from evastudio.learning.learner import Indices, Layout, Stored
 from evastudio.learning.svr import SVRPolicy
 from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Array, Box, Space, Symbols
@@ -79,9 +79,12 @@ class Quantized(ClassifierMixin):  # type: ignore[misc]
 
     def decide(self, states: Array) -> Array:
         """Codes of the symbols, their places in `classes_`, (queries, 1), for good states."""
-        answers: Array = super().decide(states)
-        apart = ((answers[:, None] - self.moves_) ** 2).sum(axis=2)
-        return np.asarray(apart.argmin(axis=1)[:, None], dtype=np.float64)
+        return self._codes(super().decide(states))
+
+    def shown(self, pairs: Indices) -> Array | None:
+        """Codes of the symbols of the kept `pairs` (k,), (k, 1); None where it keeps no pairs."""
+        moves = super().shown(pairs)
+        return None if moves is None else self._codes(moves)
 
     def predict(self, states: Any) -> AnyArray:
         """Symbols (queries,) for states (queries, n)."""
@@ -102,6 +105,11 @@ class Quantized(ClassifierMixin):  # type: ignore[misc]
         super().check_fitted()
         if not np.array_equal(self.classes_, np.arange(len(self.classes_))):
             raise InvalidInputError("its symbols are not those of its action")
+
+    def _codes(self, moves: Array) -> Array:
+        """The symbols whose moves are nearest to `moves` (rows, components), (rows, 1)."""
+        apart = ((moves[:, None] - self.moves_) ** 2).sum(axis=2)
+        return np.asarray(apart.argmin(axis=1)[:, None], dtype=np.float64)
 
     def _meant(self, symbols: AnyArray) -> Array:
         """The moves that `symbols` (pairs,) stand for, (pairs, components)."""

@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.checking import checked_states, checked_symbols, checked_targets
-from evastudio.learning.learner import Layout, Stored
+from evastudio.learning.learner import Indices, Layout, Stored
 from evastudio.learning.neighbor_learner import Averaged
 from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Array, Box, Space, Symbols
@@ -94,6 +94,10 @@ class VotingKNNPolicy(ClassifierMixin, Averaged):  # type: ignore[misc]
             past[:, -1] = True  # rounding can leave the sum of all short of 1
             codes = past.argmax(axis=1)
         return np.asarray(codes[:, None], dtype=np.float64)
+
+    def shown(self, pairs: Indices) -> Array:
+        """Codes of the symbols of the kept `pairs` (k,), (k, 1)."""
+        return np.asarray(self.actions_[pairs].argmax(axis=1)[:, None], dtype=np.float64)
 
     def layouts(self) -> tuple[Layout, ...]:
         """What a policy file holds of it."""

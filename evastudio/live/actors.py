@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from evastudio.live.inputs import HeldKeys
+from evastudio.pilots.why import Reasoner, Why
 from evastudio.world.cast import for_all, of_lead
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene, Signal
@@ -18,6 +19,8 @@ class Actors:
         self.keys = HeldKeys(scene.controls, scene.action, scene.dt_s)
         self.pilot: Pilot | None = None
         """Acts for everybody; None where keys decide."""
+        self.reasoner: Reasoner | None = None
+        """Tells why the pilot decides as it does, where that can be told."""
         self.others: Pilot | None = None
         """Acts for all but the lead while keys decide; None where the others rest."""
         self.gave_way: Pilot | None = None
@@ -50,12 +53,23 @@ class Actors:
                 self._signalled[fields.index(field)] = value
 
     def enter(
-        self, pilot: Pilot | None = None, others: Pilot | None = None, memory: Memory | None = None
+        self,
+        pilot: Pilot | None = None,
+        others: Pilot | None = None,
+        memory: Memory | None = None,
+        reasoner: Reasoner | None = None,
     ) -> None:
         """A new world: who acts in it, with the memory that they begin with."""
         self.pilot, self.others, self._memory = pilot, others, dict(memory or {})
+        self.reasoner = reasoner
         self.gave_way = None
         self._signalled = {}
+
+    def why(self, snapshot: Snapshot) -> Why | None:
+        """Why the pilot is about to decide as it does for the lead of `snapshot`."""
+        if self.pilot is None or self.reasoner is None:
+            return None
+        return self.reasoner.why(self._scene, snapshot, self._memory)
 
     def decide(self, snapshot: Snapshot, interval: tuple[float, float]) -> Array:
         """The actions of all, for a step that acts on `interval` of the keys' time."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import logging
 import secrets
 import threading
@@ -13,17 +14,20 @@ from concurrent.futures import Future
 from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
+from evastudio.demonstrations.by_hand import mark_by_hand
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import Origin
 from evastudio.demonstrations.store import Store
 from evastudio.demonstrations.trimming import keep_last
 from evastudio.errors import ConflictError, StudioError
+from evastudio.learning.neighbor_learner import NeighborLearner
 from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_pilot
 from evastudio.live.reel import Reel
 from evastudio.live.stage import Frame, Stage
 from evastudio.live.status import Mode, Phase, Status
+from evastudio.pilots.why import Reasoner, Why
 from evastudio.workspace import Workspace
 from evastudio.world.bodies import Camera
 from evastudio.world.rollout import Pilot
@@ -169,23 +173,15 @@ class LiveStage:
 
         Raises ConflictError where there is none, InvalidInputError where the take is shorter.
         """
-        recorder = self._stage.recorder
-        if recorder is None:
-            raise ConflictError("There is no take to keep the end of. Demonstrate first.")
         self.stop()
-        written: Future[int] = Future()
-
-        def keep() -> None:
-            try:
-                take = recorder.last_take
-                if take is None:
-                    raise ConflictError("There is no take to keep the end of. Demonstrate first.")
-                written.set_result(keep_last(self._store, take, seconds, time.time()))
-            except BaseException as error:
-                written.set_exception(error)
-
-        recorder.settle(keep)
-        written.result(timeout=PATIENCE_S)
+        recorder = self._stage.recorder
+        key = None if recorder is None else recorder.last_key
+        if recorder is None or key is None:
+            raise ConflictError("There is no take to keep the end of. Demonstrate first.")
+        written = threading.Event()
+        recorder.settle(written.set)
+        written.wait(PATIENCE_S)
+        keep_last(self._store, self._store.find_take(key).id, seconds, time.time())
         self.refresh()
 
     def review(self, take: int | None = None, at_s: float = 0.0) -> None:
@@ -216,6 +212,30 @@ class LiveStage:
         """See `Review.roll`."""
         self.call(lambda: self._stage.roll(speed, time.monotonic()))
 
+    def why(self) -> Why | None:
+        """See `Stage.why`."""
+        return self.call(self._stage.why)
+
+    def forget(self, take: int, step: int) -> None:
+        """Leave a demonstrated moment out: what plays decides without it at once, and so does
+        every policy fitted to its session from now on.
+
+        Raises ConflictError where nothing plays that could forget, NotFoundError where it has not
+        learned from that moment.
+        """
+        reasoner = self._stage.reasoner
+        if reasoner is None:
+            raise ConflictError("Nothing plays that could forget. Press Play first.")
+        pilot, pairs = reasoner.holder(take, step)
+        policy = pilot.policy
+        if isinstance(policy.learner, NeighborLearner):
+            self.call(lambda: setattr(pilot, "policy", policy.without(pairs)))
+        else:  # fitted anew, which the stage does not wait for
+            pilot.policy = copy.deepcopy(policy).without(pairs)
+        if policy.extra.get("store") == self._store.identity:
+            mark_by_hand(self._store, take, step, True, time.time())
+        self.refresh()
+
     def keep_pace(self, pace: float) -> None:
         """See `Stage.keep_pace`."""
         self.call(lambda: self._stage.keep_pace(pace, time.monotonic()))
@@ -235,9 +255,10 @@ class LiveStage:
         self._fault = None
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         actor = self._actor(pilot, scene)
+        reasoner = Reasoner(actor)
         self.call(
             lambda: self._stage.play(
-                scene, actor, self._seed_or(seed), time.monotonic(), time.time()
+                scene, actor, self._seed_or(seed), time.monotonic(), time.time(), reasoner
             )
         )
         self.refresh()

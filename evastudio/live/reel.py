@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 from evastudio.demonstrations.records import Origin, TakeData, TakeRecord
+from evastudio.pilots.why import Why
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
 
@@ -20,6 +21,7 @@ class Reel:
         self.scene = scene
         self.origin = origin
         self._moments: deque[Snapshot] = deque()
+        self._reasons: dict[int, Why] = {}
         self._forgotten = 0
         self._bytes = 0
 
@@ -39,7 +41,22 @@ class Reel:
         self._bytes += _bytes(moment)
         while self._bytes > MOST_BYTES and len(self._moments) > 2:
             self._bytes -= _bytes(self._moments.popleft())
+            self._reasons.pop(self._forgotten, None)
             self._forgotten += 1
+
+    def note(self, why: Why | None) -> None:
+        """Why the decision before the latest moment was as it was."""
+        if why is not None:
+            self._reasons[self.last] = why
+
+    def why(self, step: int) -> Why | None:
+        """What the decision at that step came from; None where a person or a program decided."""
+        return self._reasons.get(step)
+
+    def familiarity(self, first: int, last: int) -> list[float | None]:
+        """How familiar each decision from `first` to before `last` was; see `Why`."""
+        found = (self._reasons.get(step) for step in range(first, last))
+        return [None if why is None else why.familiarity for why in found]
 
     @property
     def first(self) -> int:

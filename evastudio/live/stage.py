@@ -15,6 +15,7 @@ from evastudio.live.reel import Reel
 from evastudio.live.review import Review
 from evastudio.live.sight import Pointer, Sight
 from evastudio.live.status import Mode, Phase, Status
+from evastudio.pilots.why import Reasoner, Why
 from evastudio.world.bodies import Camera
 from evastudio.world.cast import LEAD, led_by, of_lead
 from evastudio.world.rollout import Pilot
@@ -99,13 +100,21 @@ class Stage:
         self.mode, self.phase = Mode.DEMONSTRATE, Phase.COUNTDOWN
         self._countdown_ends = now + COUNTDOWN_S
 
-    def play(self, scene: Scene, pilot: Pilot, seed: int, now: float, wall: float) -> None:
-        """`pilot` acts alone in a new world; nothing is recorded."""
+    def play(
+        self,
+        scene: Scene,
+        pilot: Pilot,
+        seed: int,
+        now: float,
+        wall: float,
+        reasoner: Reasoner | None = None,
+    ) -> None:
+        """`pilot` acts alone in a new world; nothing is recorded. `reasoner` tells why it does."""
         memory = begun(pilot, scene, seed)
         self.end_take(wall)
         self._set_scene(scene)
         self._enter(seed)
-        self._actors.enter(pilot, memory=memory)
+        self._actors.enter(pilot, memory=memory, reasoner=reasoner)
         self.reel = Reel(scene, Origin(0, policy=pilot.name, seed=seed))
         self.reel.add(self._after)
         self.mode, self.phase = Mode.PLAY, Phase.PLAYING
@@ -189,6 +198,16 @@ class Stage:
         """The moment that one looks at, or the present one, and where it is from."""
         step = self._steps_here if self._review is None else self._review.step
         return self.reel.moment(step), self.reel.origin_at(step)
+
+    @property
+    def reasoner(self) -> Reasoner | None:
+        """Of what plays, or gave way to a person."""
+        return self._actors.reasoner
+
+    def why(self) -> Why | None:
+        """What the decision that one looks at came from, or the latest one."""
+        step = self._steps_here if self._review is None else self._review.step
+        return self.reel.why(min(step, self.reel.last - 1))
 
     def _looking_back(self) -> Review:
         if self._review is None:
@@ -325,6 +344,7 @@ class Stage:
             drift_s=self.clock.drift_s,
             policy=self._actors.playing,
             others=None if self._actors.others is None else self._actors.others.name,
+            familiarity=None if (why := self.why()) is None else why.familiarity,
             decision=self.decision,
             decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
             lead=self._lead if self.scene.characters else None,
@@ -450,11 +470,14 @@ class Stage:
             self.recorder.begin(self.scene, self._after, seed, "person", wall, self._origin)
 
     def _step(self, wall: float) -> None:
+        few = math.prod(self.scene.characters) <= FEW
+        if self.phase is Phase.PLAYING and few:
+            self.reel.note(self._actors.why(self._after))
         actions = self._actors.decide(self._after, self.clock.interval)
         if self.phase is Phase.RECORDING and self.recorder is not None:
             states = of_lead(self._after, self._perceived().states)
             self.recorder.add(states, actions, self._after)
-        if self.phase is Phase.PLAYING and math.prod(self.scene.characters) <= FEW:
+        if self.phase is Phase.PLAYING and few:
             self._chose = self._symbol(of_lead(self._after, actions))
         self._before, self._after = self._after, self.scene.step(self._after, actions)
         self._percept = None

@@ -59,6 +59,9 @@ class Status:
     """Who plays: the name of a policy, or of another pilot."""
     others: str | None
     """Who acts for the others while a person leads one of many; None where they stand still."""
+    familiarity: float | None
+    """How much the moment of the latest decision is like what was demonstrated, 0 to 1; None where
+    no policy decides, or it does not know."""
     decision: str | None
     """The symbol that the next decision would be as of now, or, where a pilot plays, that it chose
     last; None where decisions are not symbols, or nothing moves."""

@@ -52,6 +52,7 @@ class CommandIn(Model):
         "seek",
         "roll",
         "pace",
+        "forget",
     ]
     policy: Name | None = None
     others: Name | None = None
@@ -62,6 +63,8 @@ class CommandIn(Model):
     session: int | None = None
     take: int | None = None
     """The take to look back at; the run on the stage where none is named."""
+    step: Annotated[int, Field(ge=0)] = 0
+    """The moment of the take that is to be left out."""
     seconds: Annotated[float, Field(ge=0, le=86_400)] = 0.0
     """Where to look back at, since the run began, or how much of a take's end to keep."""
     speed: FiniteFloat = 1.0
