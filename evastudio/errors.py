@@ -22,6 +22,10 @@ class ConflictError(StudioError, ValueError):
     """The request is well formed, but not possible in the present state."""
 
 
+class BusyError(ConflictError):
+    """The request would be possible at another time: there is too much of its kind now."""
+
+
 class StorageError(StudioError, ValueError):
     """A workspace, database or policy file that cannot be read or written."""
 

@@ -146,21 +146,6 @@ def serve(settings: Settings, announce: Callable[[str], None]) -> None:
         raise
     shown = "127.0.0.1" if settings.host in {"0.0.0.0", "::"} else settings.host
     base = settings.public_url or f"http://{f'[{shown}]' if ':' in shown else shown}:{port}"
-    config = uvicorn.Config(
-        app,
-        log_level="warning",
-        access_log=False,
-        server_header=False,
-        http=PatientProtocol,
-        h11_max_incomplete_event_size=limits.MOST_HEAD_BYTES,
-        limit_concurrency=limits.MOST_CONNECTIONS,
-        proxy_headers=settings.behind_proxy is not None,
-        forwarded_allow_ips=settings.behind_proxy,
-        ws="websockets-sansio",
-        ws_per_message_deflate=False,
-        ws_max_size=limits.MOST_MESSAGE_BYTES,
-        timeout_graceful_shutdown=3,
-    )
 
     def listening() -> None:
         announce(f"{base}/?token={settings.token}")
@@ -176,7 +161,26 @@ def serve(settings: Settings, announce: Callable[[str], None]) -> None:
     # uvicorn ends cleanly at these and then raises them again, for the handlers set here.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: None)
-    _Server(config, listening, leaving).run(sockets=[listener])
+    _Server(configured(app, settings), listening, leaving).run(sockets=[listener])
+
+
+def configured(app: FastAPI, settings: Settings) -> uvicorn.Config:
+    """How uvicorn serves `app`."""
+    return uvicorn.Config(
+        app,
+        log_level="warning",
+        access_log=False,
+        server_header=False,
+        http=PatientProtocol,
+        h11_max_incomplete_event_size=limits.MOST_HEAD_BYTES,
+        limit_concurrency=limits.MOST_CONNECTIONS,
+        proxy_headers=settings.behind_proxy is not None,
+        forwarded_allow_ips=settings.behind_proxy,
+        ws="websockets-sansio",
+        ws_per_message_deflate=False,
+        ws_max_size=limits.MOST_MESSAGE_BYTES,
+        timeout_graceful_shutdown=3,
+    )
 
 
 class _Server(uvicorn.Server):

@@ -8,10 +8,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from fastapi import Request
+from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
 
-from evastudio.api.arrays import JSON
+from evastudio.api.arrays import JSON, NPZ
 from evastudio.api.bodies import media_type
+from evastudio.api.limits import MOST_JSON_BYTES
 from evastudio.errors import InvalidInputError
 
 _SUSPECT = re.compile(rb"\\u(?:0000|[dD][89a-fA-F])")
@@ -24,6 +26,9 @@ async def plain_text(connection: HTTPConnection) -> None:
         _check(text)
     if isinstance(connection, Request) and media_type(connection) == JSON:
         data = await connection.body()
+        if len(data) > MOST_JSON_BYTES:
+            most = MOST_JSON_BYTES // 1_000_000
+            raise HTTPException(413, f"JSON may have {most} MB; send {NPZ}, or less at once.")
         if _SUSPECT.search(data):
             try:
                 told = json.loads(data)

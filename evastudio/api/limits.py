@@ -6,6 +6,8 @@ MOST_BODY_BYTES = 1_000_000
 """Of a body, unless its route declares more (`max_body_size`)."""
 MOST_UPLOAD_BYTES = 64_000_000
 """What a route that takes arrays declares."""
+MOST_JSON_BYTES = 8_000_000
+"""Of JSON among them: read, it takes several times as much memory as arrays do."""
 MOST_TARGET_BYTES = 4_000
 """Of path and query."""
 MOST_HEAD_BYTES = 16_384

@@ -13,7 +13,9 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
 
+from evastudio.api.limits import RETRY_S
 from evastudio.errors import (
+    BusyError,
     ConflictError,
     InvalidInputError,
     NotFoundError,
@@ -39,6 +41,7 @@ PROBLEM: Mapping[str, Any] = {
 
 STATUS: tuple[tuple[type[StudioError], int, str], ...] = (
     (NotFoundError, 404, "Not found"),
+    (BusyError, 503, "Too much at once"),
     (ConflictError, 409, "Not possible now"),
     (InvalidInputError, 422, "Invalid input"),
     (StorageError, 409, "Storage problem"),
@@ -78,7 +81,10 @@ def install(app: FastAPI) -> None:
     @app.exception_handler(StudioError)
     async def studio_error(_: Request, error: StudioError) -> Response:
         status, title = standing_of(error)
-        return problem_response(status, title, str(error))
+        response = problem_response(status, title, str(error))
+        if status == 503:
+            response.headers["Retry-After"] = str(RETRY_S)
+        return response
 
     @app.exception_handler(RequestValidationError)
     async def invalid(request: Request, error: RequestValidationError) -> Response:

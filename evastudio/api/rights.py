@@ -17,7 +17,8 @@ VIEWERS_MAY: tuple[tuple[str, str], ...] = (
     (SOCKET, "/api/v1/stages/{stage}/socket"),
 )
 """Method, or SOCKET, and path as the route has it, of everything else that a viewer may do: watch
-what an author does on a stage, ask a policy. The handlers of these take in nothing that would change it."""
+what an author does on a stage, ask a policy. Their handlers take in nothing that changes anything.
+"""
 REFUSAL = (
     "You came in as a viewer, who may watch and read here but change nothing. Ask whoever runs "
     "this studio for an author's token (evastudio tokens add NAME --role author)."

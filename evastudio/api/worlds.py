@@ -14,6 +14,7 @@ from evastudio.api.arrays import JSON, NPZ, as_json, npz, read_npz
 from evastudio.api.bodies import body_of, media_type, model_or_arrays, read_body, wrong_type
 from evastudio.api.context import Context, Studio
 from evastudio.api.downloads import BINARY
+from evastudio.api.limits import MOST_UPLOAD_BYTES
 from evastudio.api.models.common import Page
 from evastudio.api.models.worlds import (
     DemonstratingOut,
@@ -85,6 +86,7 @@ async def _step_body(request: Request) -> StepIn | dict[str, AnyArray]:
 
 @router.post(
     "/{worlds}/step",
+    max_body_size=MOST_UPLOAD_BYTES,
     response_model=SeenOut,
     responses=SEEN,
     openapi_extra=body_of(StepIn, {"actions": [[0.05, 0.0]]}),
@@ -134,6 +136,7 @@ async def _snapshot_body(request: Request) -> bytes:
 
 @router.put(
     "/{worlds}/snapshot",
+    max_body_size=MOST_UPLOAD_BYTES,
     response_model=SeenOut,
     responses=SEEN,
     openapi_extra={"requestBody": {"required": True, "content": {NPZ: BINARY}}},

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from typing import Any
 
-from evastudio.errors import ConflictError, NotFoundError, StudioError
+from evastudio.errors import BusyError, ConflictError, NotFoundError, StudioError
 
 logger = logging.getLogger(__name__)
 
@@ -76,14 +76,12 @@ class Jobs:
     def submit(self, kind: str, work: Work, session: int | None = None, **arguments: Any) -> Job:
         """Queue `work(progress=..., **arguments)`, with `session` too where one is given.
 
-        Raises ConflictError where too many wait.
+        Raises BusyError where too many wait.
         """
         with self._lock:
             waiting = sum(job.state is JobState.QUEUED for job in self._jobs.values())
             if waiting >= MAX_WAITING:
-                raise ConflictError(
-                    f"{waiting} jobs wait already; wait for one to end or cancel one."
-                )
+                raise BusyError(f"{waiting} jobs wait already; wait for one to end or cancel one.")
             ended = [number for number, job in self._jobs.items() if job.state in ENDED]
             for number in ended[: max(0, len(ended) - KEPT)]:
                 del self._jobs[number], self._asked[number]

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError, StudioError, not_found
+from evastudio.errors import BusyError, StudioError, not_found
 from evastudio.live.headless import make_scene
 from evastudio.live.live_stage import LiveStage
 from evastudio.live.rescue import Rescue
@@ -36,11 +36,11 @@ class Stages:
         session: int | None = None,
         seed: int | None = None,
     ) -> LiveStage:
-        """A new stage. Raises ConflictError where too many are open."""
+        """A new stage. Raises BusyError where too many are open."""
         made = make_scene(self._workspace, scene, options)
         with self._lock:
             if len(self._stages) >= MAX_STAGES:
-                raise ConflictError(
+                raise BusyError(
                     f"{MAX_STAGES} stages are open already; close a page that shows one."
                 )
             if not self._stages:

@@ -21,7 +21,7 @@ BESIDE = [
     ("GET", "/"),
     ("GET", "/web/index.html"),
     ("GET", "/view/abc/"),
-    ("GET", "/openapi.json"),
+    ("GET", "/api/v1/openapi.json"),
     ("GET", "/nothing/here"),
 ]
 """What is reached beside the API."""
@@ -33,7 +33,7 @@ def bare(studio: Studio, method: str, path: str, headers: Mapping[str, str] = {}
 
 
 def test_without_the_token_every_route_refuses(studio: Studio) -> None:
-    described = studio.client.get("/openapi.json").json()["paths"]
+    described = studio.client.get("/api/v1/openapi.json").json()["paths"]
     routes = BESIDE + [
         (method.upper(), re.sub(r"{\w+}", "1", path))
         for path, methods in described.items()

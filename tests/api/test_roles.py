@@ -126,12 +126,12 @@ def test_one_is_told_who_one_is(studio: Studio, viewer: httpx.Client) -> None:
 
 
 def test_a_viewer_reads(viewer: httpx.Client) -> None:
-    for path in ("/", "/openapi.json", f"{API}/scenes", f"{API}/policies", f"{API}/stages"):
+    for path in ("/", "/api/v1/openapi.json", f"{API}/scenes", f"{API}/policies", f"{API}/stages"):
         assert viewer.get(path).status_code == 200
 
 
 def test_no_route_lets_a_viewer_change_anything(studio: Studio, viewer: httpx.Client) -> None:
-    described = studio.client.get("/openapi.json").json()["paths"]
+    described = studio.client.get("/api/v1/openapi.json").json()["paths"]
     tried = 0
     for path, methods in described.items():
         for method in {"post", "put", "patch", "delete"} & set(methods):

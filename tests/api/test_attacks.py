@@ -1,0 +1,419 @@
+"""Attacks on who may come in: each by its name, against a studio that really runs."""
+
+from __future__ import annotations
+
+import asyncio
+import http.client
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import httpx
+import pytest
+from websockets.asyncio.client import connect
+from websockets.exceptions import InvalidStatus
+
+from evastudio.api import throttle
+from evastudio.api.throttle import FREE, MOST_ADDRESSES, REFILL_S, Throttle
+from evastudio.demonstrations.store import Store
+from evastudio.live.tokens import Role, Tokens, cookie_of
+from tests.api.served import BEARER, TOKEN, raw, status, within
+
+if TYPE_CHECKING:
+    from conftest import Studio
+
+API = "/api/v1"
+EVIL = "https://evil.example"
+
+
+def cookie_from(studio: Studio, token: str | None = None) -> str:
+    """The cookie that a browser gets for a token, as it sends it."""
+    answer = httpx.get(f"{studio.base}/?token={token or studio.token}", trust_env=False)
+    return str(answer.headers["set-cookie"]).partition(";")[0]
+
+
+@pytest.fixture(scope="module")
+def viewer(studio: Studio) -> str:
+    """A viewer's token."""
+    with Store(studio.workspace.store_url) as store:
+        return Tokens(store).add("Attacker", Role.VIEWER, time.time())
+
+
+@pytest.fixture(scope="module")
+def stage(studio: Studio) -> Iterator[Mapping[str, str]]:
+    opened = studio.client.post(f"{API}/stages", json={"scene": "asteroids"}).json()
+    yield opened
+    studio.client.delete(f"{API}/stages/{opened['id']}")
+
+
+def knock(url: str, headers: Mapping[str, str]) -> int:
+    """The status that a websocket gets at its handshake."""
+
+    async def attempt() -> int:
+        try:
+            async with connect(url, additional_headers=headers, proxy=None):
+                return 101
+        except InvalidStatus as error:
+            return error.response.status_code
+
+    return asyncio.run(attempt())
+
+
+# -- from another site -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("origin", [EVIL, "null", "http://127.0.0.1:1", "http://localhost", ""])
+def test_attack_cross_site_websocket(studio: Studio, stage: Mapping[str, str], origin: str) -> None:
+    """A page of another site uses the cookie of a browser that is logged in."""
+    for path in (stage["socket"], stage["view"]):
+        url = studio.base.replace("http", "ws") + path
+        assert knock(url, {"Cookie": cookie_from(studio), "Origin": origin}) == 403
+
+
+def test_attack_csrf_by_a_form(studio: Studio) -> None:
+    """A form of another site posts what browsers may post without asking."""
+    cookie = cookie_from(studio)
+    before = len(studio.client.get(f"{API}/sessions").json()["items"])
+    body = json.dumps({"scene": "asteroids", "name": "By a form"})
+    for kind in ("text/plain", "application/x-www-form-urlencoded", "multipart/form-data"):
+        for origin in (EVIL, "null"):
+            answer = httpx.post(
+                studio.base + f"{API}/sessions",
+                content=body,
+                headers={"Cookie": cookie, "Content-Type": kind, "Origin": origin},
+                trust_env=False,
+            )
+            assert answer.status_code == 403
+    own = {"Cookie": cookie, "Content-Type": "text/plain", "Origin": studio.base}
+    answer = httpx.post(studio.base + f"{API}/sessions", content=body, headers=own, trust_env=False)
+    assert answer.status_code == 415
+    assert len(studio.client.get(f"{API}/sessions").json()["items"]) == before
+
+
+def test_attack_reading_across_origins(studio: Studio) -> None:
+    """No answer allows another site to read it, not even where it asks first."""
+    for method, headers in (
+        ("GET", {"Origin": EVIL, "Cookie": cookie_from(studio)}),
+        ("OPTIONS", {"Origin": EVIL, "Access-Control-Request-Method": "POST"}),
+        ("OPTIONS", {"Origin": EVIL, "Cookie": cookie_from(studio)}),
+    ):
+        answer = httpx.request(
+            method, studio.base + f"{API}/scenes", headers=headers, trust_env=False
+        )
+        assert answer.status_code in {401, 403}
+        assert not [name for name in answer.headers if name.startswith("access-control")]
+        assert answer.headers["cross-origin-resource-policy"] == "same-origin"
+
+
+def test_attack_dns_rebinding(studio: Studio, stage: Mapping[str, str]) -> None:
+    """A name of the attacker's leads here, so that the browser takes both for one site."""
+    host, _, port = studio.base.removeprefix("http://").partition(":")
+    for name in ("evil.example", f"evil.example:{port}", "127.0.0.1.evil.example", f"{host}@evil"):
+        connection = http.client.HTTPConnection(host, int(port))
+        connection.putrequest("GET", f"{API}/scenes", skip_host=True)
+        for header, value in {
+            "Host": name,
+            "Origin": f"http://{name}",
+            "Cookie": cookie_from(studio),
+        }.items():
+            connection.putheader(header, value)
+        connection.endheaders()
+        assert connection.getresponse().status == 421
+        connection.close()
+        headers = {"Host": name, "Origin": f"http://{name}", "Cookie": cookie_from(studio)}
+        request = "".join(f"{header}: {value}\r\n" for header, value in headers.items())
+        upgrade = (
+            f"GET {stage['socket']} HTTP/1.1\r\n{request}Connection: Upgrade\r\nUpgrade: websocket"
+            "\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n"
+        )
+        assert status(raw(studio.base, upgrade.encode())) == 403
+
+
+def test_attack_clickjacking(studio: Studio) -> None:
+    """Nobody else may put the page into a frame."""
+    for path in ("/", f"{API}/scenes", "/web/index.html"):
+        headers = studio.client.get(path).headers
+        assert headers["x-frame-options"] == "SAMEORIGIN"
+        assert "frame-ancestors 'self'" in headers["content-security-policy"]
+
+
+# -- without a token, or with somebody else's --------------------------------------------------
+
+
+def test_attack_missing_token_on_websockets(studio: Studio, stage: Mapping[str, str]) -> None:
+    for path in (stage["socket"], stage["view"]):
+        url = studio.base.replace("http", "ws") + path
+        for headers in ({}, {"Origin": studio.base}, {"Authorization": "Bearer "}):
+            assert knock(url, headers) == 403
+        assert knock(url + f"?token={studio.token}", {"Origin": studio.base}) == 403
+
+
+def test_attack_stolen_role(studio: Studio, viewer: str) -> None:
+    """A viewer says in every way there is that they are an author."""
+    cookie = cookie_from(studio, viewer)
+    tries: list[dict[str, str]] = [
+        {"Authorization": f"Bearer {viewer}", "X-Role": "author", "Role": "author"},
+        {"Authorization": f"Bearer {viewer}", "Cookie": cookie},
+        {"Cookie": f"{cookie}; role=author", "Origin": studio.base},
+        {"Authorization": f"Bearer {viewer}", "X-HTTP-Method-Override": "GET"},
+        {"Authorization": f"Bearer {viewer}", "X-Original-URL": f"{API}/scenes"},
+    ]
+    for headers in tries:
+        answer = httpx.post(
+            studio.base + f"{API}/sessions?role=author&_method=GET",
+            json={"scene": "asteroids", "name": "Stolen", "role": "author"},
+            headers=headers,
+            trust_env=False,
+        )
+        assert answer.status_code == 403
+
+
+def test_attack_a_viewers_path_that_looks_like_an_allowed_one(studio: Studio, viewer: str) -> None:
+    """What viewers may do is not reached by another spelling of what they may not."""
+    with httpx.Client(
+        base_url=studio.base, headers={"Authorization": f"Bearer {viewer}"}, trust_env=False
+    ) as client:
+        for path in (
+            f"{API}/policies/x/../../sessions/decide",
+            f"{API}/policies/%2e%2e/decide",
+            f"{API}/policies/x%2f..%2fswitches/decide",
+            f"{API}//policies/x/decide",
+            f"{API}/sessions/1/clean/../../../policies/x/decide",
+            f"{API}/sessions/1/clean%2f..%2fdecide",
+        ):
+            assert client.post(path, json={}).status_code in {403, 404, 405, 415, 422}, path
+        assert client.delete(f"{API}/policies/crowd-shy").status_code == 403
+
+
+def test_attack_a_cookie_is_no_token(studio: Studio) -> None:
+    """Who steals the cookie has nothing that programs, or another studio, take for a token."""
+    value = cookie_from(studio).partition("=")[2]
+    assert value == cookie_of(studio.token)
+    assert studio.token not in value
+    headers = {"Authorization": f"Bearer {value}"}
+    answer = httpx.get(studio.base + f"{API}/scenes", headers=headers, trust_env=False)
+    assert answer.status_code == 401
+    assert httpx.get(f"{studio.base}/?token={value}", trust_env=False).status_code == 401
+
+
+def test_attack_a_link_that_logs_in_within_a_frame(studio: Studio) -> None:
+    """Another page may not have the token swapped for a cookie behind somebody's back."""
+    for wanted in ("iframe", "image", "empty", "script"):
+        answer = httpx.get(studio.url, headers={"Sec-Fetch-Dest": wanted}, trust_env=False)
+        assert answer.status_code == 403
+        assert "set-cookie" not in answer.headers
+
+
+def test_attack_script_in_the_printed_address(studio: Studio) -> None:
+    """What follows the token is led on to as an address of this server, and as nothing else."""
+    for more in ('&"><script>alert(1)</script>', "&x=%22%3E%3Cscript%3E", "&next=//evil.example"):
+        answer = httpx.get(studio.url + more, trust_env=False)
+        assert "<script" not in answer.text
+        assert "evil.example" not in answer.text or "url=/?next=%2F%2Fevil" in answer.text
+        assert 'content="0; url=/' in answer.text
+
+
+# -- guessing ----------------------------------------------------------------------------------
+
+
+def test_attack_guessing_tokens(tmp_path: Path) -> None:
+    """Guesses are slowed down; whoever was in before, from wherever, is not."""
+    with within(tmp_path / "studio") as base, httpx.Client(base_url=base, trust_env=False) as one:
+        assert one.get(f"{API}/scenes", headers=BEARER).status_code == 200
+        answers = [
+            one.get(f"{API}/scenes", headers={"Authorization": f"Bearer guess-{number}"})
+            for number in range(FREE + 5)
+        ]
+        codes = [answer.status_code for answer in answers]
+        assert codes[:FREE] == [401] * FREE
+        assert codes[-1] == 429
+        assert int(answers[-1].headers["retry-after"]) >= 1
+        assert one.get("/?token=guess-in-address").status_code == 429
+        assert one.get(f"{API}/scenes", headers={"Cookie": "x=1"}).status_code == 401
+        assert one.get(f"{API}/scenes", headers=BEARER).status_code == 200
+
+
+def test_attack_locking_somebody_else_out(tmp_path: Path) -> None:
+    """Behind a proxy each address is its own, whatever the guesser writes before it."""
+    with (
+        within(tmp_path / "studio", behind_proxy="127.0.0.1") as base,
+        httpx.Client(base_url=base, trust_env=False) as one,
+    ):
+        for number in range(FREE + 5):
+            wrong = {"Authorization": f"Bearer guess-{number}"}
+            said = {**wrong, "X-Forwarded-For": f"203.0.113.{number}, 198.51.100.7"}
+            last = one.get(f"{API}/scenes", headers=said).status_code
+        assert last == 429
+        right = {**BEARER, "X-Forwarded-For": "198.51.100.8"}
+        assert one.get(f"{API}/scenes", headers=right).status_code == 200
+
+
+def test_attack_pretending_to_be_many_addresses(tmp_path: Path) -> None:
+    """Without --behind-proxy nobody is believed to speak for others."""
+    with within(tmp_path / "studio") as base, httpx.Client(base_url=base, trust_env=False) as one:
+        codes = [
+            one.get(
+                f"{API}/scenes",
+                headers={
+                    "Authorization": f"Bearer guess-{number}",
+                    "X-Forwarded-For": f"203.0.113.{number}",
+                    "Forwarded": f"for=203.0.113.{number}",
+                    "X-Real-IP": f"203.0.113.{number}",
+                },
+            ).status_code
+            for number in range(FREE + 1)
+        ]
+        assert codes[-1] == 429
+
+
+def test_attack_filling_the_throttle() -> None:
+    """From however many addresses guesses come, what is remembered of them is bounded."""
+    guesses = Throttle()
+    for number in range(3 * MOST_ADDRESSES):
+        guesses.wrong(f"2001:db8:{number:x}::1", f"digest-{number}", float(number))
+    for number in range(3 * throttle.MOST_KNOWN):
+        guesses.right(f"digest-{number}")
+    assert len(guesses._guesses) == MOST_ADDRESSES
+    assert len(guesses._known) == throttle.MOST_KNOWN
+
+
+def test_a_throttle_forgets_in_time_and_takes_ipv6_by_networks() -> None:
+    guesses = Throttle()
+    for number in range(FREE):
+        assert guesses.wait_s("2001:db8::1", f"{number}", 0.0) == 0.0
+        guesses.wrong(f"2001:db8::{number:x}", f"{number}", 0.0)
+    assert guesses.wait_s("2001:db8::ffff", "new", 0.0) == pytest.approx(REFILL_S)
+    assert guesses.wait_s("2001:db8::ffff", f"{FREE - 1}", 0.0) == 0.0
+    assert guesses.wait_s("2001:db8:0:1::1", "new", 0.0) == 0.0
+    assert guesses.wait_s("2001:db8::1", "new", REFILL_S) == 0.0
+    guesses.right("known")
+    assert guesses.wait_s("2001:db8::1", "known", 0.0) == 0.0
+
+
+# -- where tokens could be read ----------------------------------------------------------------
+
+
+def test_attack_reading_tokens_from_logs_and_process_lists(tmp_path: Path) -> None:
+    """Neither what the studio writes nor what `ps` shows holds a token or a cookie."""
+    log = tmp_path / "log"
+    folder = tmp_path / "studio"
+    command = [sys.executable, "-m", "evastudio", "studio", "--port", "0", "--no-browser"]
+    environment = {**os.environ, "EVASTUDIO_TOKEN": TOKEN, "PYTHONUNBUFFERED": "1"}
+    with log.open("wb") as errors:
+        process = subprocess.Popen(
+            [*command, "--json", "--workspace", str(folder)],
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            cwd=tmp_path,
+            env=environment,
+        )
+        assert process.stdout is not None
+        base = json.loads(process.stdout.readline())["url"].partition("/?")[0]
+        with httpx.Client(base_url=base, trust_env=False) as client:
+            cookie = client.get(f"/?token={TOKEN}").headers["set-cookie"]
+            client.cookies.clear()
+            for path in ("/nothing", f"{API}/sessions/1", f"{API}/policies/x?token={TOKEN}"):
+                answer = client.get(path, headers=BEARER)
+                assert TOKEN not in answer.text
+                assert answer.headers["referrer-policy"] == "no-referrer"
+            client.post(f"{API}/sessions", content=b"{", headers=BEARER)
+            assert TOKEN not in client.get("/?token=wrong").text
+        raw(base, f"GARBAGE {TOKEN}\r\n\r\n".encode())
+        shown = Path(f"/proc/{process.pid}/cmdline")
+        if shown.exists():
+            assert TOKEN.encode() not in shown.read_bytes()
+        process.terminate()
+        rest = process.stdout.read()
+        assert process.wait(timeout=30) == 0
+        process.stdout.close()
+    value = cookie.partition("=")[2].partition(";")[0].encode()
+    for written in (log.read_bytes(), rest):
+        assert TOKEN.encode() not in written
+        assert value not in written
+    for file in folder.rglob("*"):
+        if file.is_file():
+            assert TOKEN.encode() not in file.read_bytes()
+
+
+def test_a_code_for_the_browser_is_good_once(tmp_path: Path) -> None:
+    """What a process list shows of the browser that the studio opens is no token."""
+    from evastudio.api.people import CODE_S, People
+
+    with Store(f"sqlite:///{tmp_path / 'studio.db'}") as store:
+        people = People(TOKEN, Tokens(store))
+    code = people.code(0.0)
+    assert people.redeem("wrong", 1.0) is None
+    assert people.redeem(code, 1.0) == TOKEN
+    assert people.redeem(code, 1.0) is None
+    assert people.redeem(people.code(0.0), CODE_S + 1.0) is None
+
+
+# -- on the wire -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Content-Length: 5\r\nTransfer-Encoding: chunked\r\n",
+        "Content-Length: 5\r\nContent-Length: 6\r\n",
+        "Content-Length: -5\r\n",
+        "Content-Length: 5, 6\r\n",
+        "Content-Length: 0x5\r\n",
+        "Transfer-Encoding: xchunked\r\n",
+        "Transfer-Encoding: chunked, identity\r\n",
+        "Transfer-Encoding : chunked\r\n",
+        " Transfer-Encoding: chunked\r\n",
+        "X: a\rTransfer-Encoding: chunked\r\n",
+    ],
+)
+def test_attack_request_smuggling(studio: Studio, head: str) -> None:
+    """What a proxy could take for one request is never answered as two."""
+    known = (
+        f"Host: {studio.base.removeprefix('http://')}\r\nAuthorization: Bearer {studio.token}\r\n"
+        "Connection: close\r\n"
+    )
+    smuggled = f"0\r\n\r\nGET {API}/me HTTP/1.1\r\n{known}\r\n"
+    sent = f"POST {API}/sessions HTTP/1.1\r\n{known}{head}\r\n{smuggled}"
+    answer = raw(studio.base, sent.encode())
+    assert status(answer) >= 400
+    assert b"200 OK" not in answer
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "GET / HTTP/9.9",
+        "GET /\x00 HTTP/1.1",
+        "GET /\r\nX: y HTTP/1.1",
+        "\x16\x03\x01\x02\x00\x01",
+        "PRI * HTTP/2.0",
+        "GET http://evil.example/ HTTP/1.1",
+        "CONNECT evil.example:443 HTTP/1.1",
+    ],
+)
+def test_attack_malformed_first_lines(studio: Studio, line: str) -> None:
+    host = studio.base.removeprefix("http://")
+    answer = raw(studio.base, f"{line}\r\nHost: {host}\r\nConnection: close\r\n\r\n".encode())
+    assert status(answer) in {400, 401, 404, 405}
+
+
+def test_attack_header_injection(studio: Studio) -> None:
+    """Names that hold line breaks add no header to the answers that repeat them."""
+    for name in ("a%0d%0aSet-Cookie:%20x=y", "a%0aX-Evil:%201", "%E5%98%8D%E5%98%8ASet-Cookie:x"):
+        for path in (f"/view/{name}/", f"{API}/policies/{name}", f"{API}/policies/{name}/file"):
+            answer = studio.client.get(path)
+            assert answer.status_code in {404, 422}
+            assert "set-cookie" not in answer.headers
+            assert "x-evil" not in answer.headers
+    answer = httpx.get(studio.url + "&a%0d%0aX-Evil:%201=2", trust_env=False)
+    assert "x-evil" not in answer.headers
+
+
+def test_attack_no_body_of_an_answer_is_taken_for_another_kind(studio: Studio) -> None:
+    for path in ("/", f"{API}/scenes", f"{API}/policies/<b>", "/web/js/main.js", "/nope"):
+        assert studio.client.get(path).headers["x-content-type-options"] == "nosniff"
