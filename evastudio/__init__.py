@@ -18,9 +18,10 @@ from evastudio.workspace import shipped
 
 if TYPE_CHECKING:
     from evastudio.learning.policy_files import load_policy, save_policy
+    from evastudio.live.cleaning import clean
     from evastudio.live.diagnosing import diagnose
     from evastudio.live.evaluating import evaluate, evaluations, repeat_evaluation
-    from evastudio.live.headless import clean, fit, record, scenes, sessions
+    from evastudio.live.headless import fit, record, scenes, sessions
     from evastudio.live.importing import import_walks
     from evastudio.live.reproducing import paper
     from evastudio.live.searching import search
@@ -34,7 +35,7 @@ __version__ = "0.1.0"
 _FROM = {
     "Workspace": "evastudio.workspace",
     "check": "evastudio.world.check",
-    "clean": "evastudio.live.headless",
+    "clean": "evastudio.live.cleaning",
     "diagnose": "evastudio.live.diagnosing",
     "evaluate": "evastudio.live.evaluating",
     "evaluations": "evastudio.live.evaluating",

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Request, status
+from fastapi import APIRouter, Request, Response, status
 from starlette.responses import FileResponse
 
+from evastudio.api.arrays import NPZ, npz
 from evastudio.api.context import Studio
+from evastudio.api.downloads import BINARY, download, downloadable, etag_of
 from evastudio.api.models.common import Page
 from evastudio.api.models.evaluations import (
     EvaluateIn,
@@ -14,6 +16,7 @@ from evastudio.api.models.evaluations import (
     PicturesOut,
 )
 from evastudio.api.models.jobs import JobOut
+from evastudio.api.paging import NumberedPage
 from evastudio.evaluation import archive, pictures
 from evastudio.live.evaluating import evaluate, repeat_evaluation
 from evastudio.live.headless import make_scene
@@ -34,10 +37,23 @@ def start_evaluation(body: EvaluateIn, studio: Studio) -> JobOut:
 
 
 @router.get("")
-def list_evaluations(studio: Studio, scene: str | None = None) -> Page[EvaluationOut]:
+def list_evaluations(
+    studio: Studio, paging: NumberedPage, scene: str | None = None
+) -> Page[EvaluationOut]:
     """Evaluations kept, newest first; those of one scene where it is given."""
-    found = archive.evaluations(studio.store, scene)
-    return Page(items=[EvaluationOut.model_validate(record) for record in found])
+    return paging.page(
+        EvaluationOut,
+        lambda after, limit: archive.evaluations(studio.store, scene, after=after, limit=limit),
+    )
+
+
+@router.get("/{evaluation}/arrays", response_class=Response, responses=downloadable({NPZ: BINARY}))
+def get_arrays(evaluation: int, request: Request, studio: Studio) -> Response:
+    """Every world's figures, as npz: `NUMBER.NAME` for the pilots in the order of the result."""
+    record, compared = archive.find_evaluation(studio.store, evaluation)
+    etag = etag_of("evaluation", studio.store.identity, evaluation, record.created_at)
+    name = f"evaluation-{evaluation}.npz"
+    return download(request, etag, name, NPZ, lambda: npz(compared.to_arrays()))
 
 
 @router.get("/{evaluation}")

@@ -11,14 +11,21 @@ from starlette.responses import StreamingResponse
 from evastudio.api.context import Studio
 from evastudio.api.models.common import Page
 from evastudio.api.models.jobs import JobOut
+from evastudio.api.paging import NumberedPage
+from evastudio.live.jobs import Job
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
 
 @router.get("")
-def list_jobs(studio: Studio) -> Page[JobOut]:
+def list_jobs(studio: Studio, paging: NumberedPage) -> Page[JobOut]:
     """Jobs since the server started, newest first."""
-    return Page(items=[JobOut.model_validate(job) for job in studio.jobs.all()])
+
+    def load(after: int | None, limit: int) -> list[Job]:
+        older = [job for job in studio.jobs.all() if after is None or job.id < after]
+        return older[:limit]
+
+    return paging.page(JobOut, load)
 
 
 EVENTS: dict[int | str, dict[str, object]] = {

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from fastapi import APIRouter, status
+from fastapi import APIRouter
 
 from evastudio.api.context import Studio
 from evastudio.api.models.common import Page
-from evastudio.api.models.jobs import JobOut
-from evastudio.api.models.policies import PolicyOut, SwitchIn
+from evastudio.api.models.policies import PolicyOut
+from evastudio.api.paging import NamedPage
 from evastudio.errors import NotFoundError, not_found
-from evastudio.learning.catalog import PolicyEntry, checked_policy_name, list_policies
-from evastudio.live import piloting, switching
+from evastudio.learning.catalog import PolicyEntry, list_policies
+from evastudio.live import piloting
 from evastudio.live.headless import make_scene
 from evastudio.world.scene import Scene
 
@@ -22,28 +22,17 @@ router = APIRouter(prefix="/policies", tags=["policies"])
 
 
 @router.get("")
-def get_policies(studio: Studio, scene: str | None = None) -> Page[PolicyOut]:
+def list_all_policies(
+    studio: Studio, paging: NamedPage, scene: str | None = None
+) -> Page[PolicyOut]:
     """Policies of the workspace and shipped ones; those of one scene where it is given.
 
     Files that cannot be read are listed with what is wrong, whatever the scene.
     """
     entries = list_policies(studio.workspace.policy_folders).values()
     items = [_policy(entry, studio) for entry in entries]
-    return Page(items=[item for item in items if scene is None or item.scene in (scene, None)])
-
-
-@router.post("/switches", status_code=status.HTTP_202_ACCEPTED)
-def make_switch(body: SwitchIn, studio: Studio) -> JobOut:
-    """Make a switch between policies, by written conditions or learned ones; a job."""
-    job = studio.jobs.submit(
-        "switch",
-        switching.switch,
-        workspace=studio.workspace,
-        name=checked_policy_name(body.name),
-        entries=[(entry.policy, entry.when) for entry in body.entries],
-        perception=body.perception,
-    )
-    return JobOut.model_validate(job)
+    wanted = [item for item in items if scene is None or item.scene in (scene, None)]
+    return paging.page(wanted, lambda one: one.name, lambda one: one)
 
 
 @router.get("/{name}")

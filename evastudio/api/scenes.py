@@ -17,6 +17,7 @@ from evastudio.api.models.scenes import (
     SceneOut,
     SignalOut,
 )
+from evastudio.api.paging import NamedPage
 from evastudio.live.headless import make_scene, scenes
 from evastudio.motion.peopled import Peopled
 from evastudio.world.scene import Scene
@@ -26,9 +27,11 @@ router = APIRouter(prefix="/scenes", tags=["scenes"])
 
 
 @router.get("")
-def list_scenes(studio: Studio) -> Page[SceneOut]:
+def list_scenes(studio: Studio, paging: NamedPage) -> Page[SceneOut]:
     """Every scene, with its options, controls and perceptions."""
-    return Page(items=[_scene(kind()) for kind in scenes(studio.workspace)])
+    return paging.page(
+        scenes(studio.workspace), lambda kind: kind.name, lambda kind: _scene(kind())
+    )
 
 
 @router.get("/{name}")

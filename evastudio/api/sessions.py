@@ -9,13 +9,22 @@ from fastapi import APIRouter, status
 from evastudio.api.context import Studio
 from evastudio.api.models.common import Page
 from evastudio.api.models.jobs import JobOut
-from evastudio.api.models.sessions import CleanIn, DiagnoseIn, FitIn, SessionIn, SessionOut, TuneIn
+from evastudio.api.models.sessions import (
+    CleanIn,
+    DiagnoseIn,
+    FitIn,
+    PreviewIn,
+    SessionIn,
+    SessionOut,
+    TuneIn,
+)
+from evastudio.api.paging import NumberedPage
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.errors import InvalidInputError
 from evastudio.learning.catalog import checked_policy_name, policy_name_from
 from evastudio.learning.policy import find_learner
 from evastudio.learning.tuning import AUTO
-from evastudio.live import headless
+from evastudio.live import cleaning, headless
 from evastudio.live.diagnosing import diagnose
 from evastudio.live.tuning import tune
 
@@ -23,9 +32,13 @@ router = APIRouter(tags=["sessions"])
 
 
 @router.get("/sessions")
-def list_sessions(studio: Studio, scene: str | None = None) -> Page[SessionOut]:
-    """Sessions, newest first."""
-    return Page(items=[SessionOut.model_validate(one) for one in studio.store.sessions(scene)])
+def list_sessions(
+    studio: Studio, paging: NumberedPage, scene: str | None = None
+) -> Page[SessionOut]:
+    """Sessions, newest first; those of one scene where it is given."""
+    return paging.page(
+        SessionOut, lambda after, limit: studio.store.sessions(scene, after=after, limit=limit)
+    )
 
 
 @router.post("/sessions", status_code=status.HTTP_201_CREATED)
@@ -48,7 +61,21 @@ def clean_session(session: int, body: CleanIn, studio: Studio) -> JobOut:
     _need_pairs(session, studio)
     job = studio.jobs.submit(
         "clean",
-        headless.clean,
+        cleaning.clean,
+        session,
+        workspace=studio.workspace,
+        **body.model_dump(exclude_none=True),
+    )
+    return JobOut.model_validate(job)
+
+
+@router.post("/sessions/{session}/clean/preview", status_code=status.HTTP_202_ACCEPTED)
+def preview_cleaning(session: int, body: PreviewIn, studio: Studio) -> JobOut:
+    """What cleaning would mark; a job whose result tells the worst in full. Nothing is kept."""
+    _need_pairs(session, studio)
+    job = studio.jobs.submit(
+        "preview",
+        cleaning.preview,
         session,
         workspace=studio.workspace,
         **body.model_dump(exclude_none=True),

@@ -23,6 +23,7 @@ from evastudio.api.models.takes import (
     TakeIn,
     TakeOut,
 )
+from evastudio.api.paging import NumberedPage
 from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.live import enacting
 from evastudio.world.snapshot import AnyArray
@@ -33,11 +34,15 @@ RecordingForm = Annotated[Literal["json", "npz"], Query(alias="format")]
 
 
 @router.get("/sessions/{session}/takes")
-def list_takes(session: int, studio: Studio, trashed: bool | None = None) -> Page[TakeOut]:
+def list_takes(
+    session: int, studio: Studio, paging: NumberedPage, trashed: bool | None = None
+) -> Page[TakeOut]:
     """Its takes in order: all of them, or only kept or trashed ones."""
     studio.store.session(session)
-    takes = studio.store.takes(session, trashed)
-    return Page(items=[TakeOut.model_validate(take) for take in takes])
+    return paging.page(
+        TakeOut,
+        lambda after, limit: studio.store.takes(session, trashed, after=after, limit=limit),
+    )
 
 
 @router.post("/sessions/{session}/takes", status_code=status.HTTP_201_CREATED)

@@ -25,6 +25,7 @@ from evastudio.api.models.worlds import (
     WorldsIn,
     WorldsOut,
 )
+from evastudio.api.paging import NamedPage
 from evastudio.errors import InvalidInputError, StudioError
 from evastudio.live.batch import MOST_BYTES, Batch
 from evastudio.live.saved import Saved
@@ -54,9 +55,9 @@ async def open_worlds(body: WorldsIn, studio: Studio) -> WorldsOut:
 
 
 @router.get("")
-def list_worlds(studio: Studio) -> Page[WorldsOut]:
+def list_worlds(studio: Studio, paging: NamedPage) -> Page[WorldsOut]:
     """The batches that are open, the first opened first."""
-    return Page(items=[_described(batch) for batch in studio.worlds.all()])
+    return paging.page(studio.worlds.all(), lambda batch: batch.name, _described)
 
 
 @router.get("/{worlds}")

@@ -41,7 +41,7 @@ def clean(
     json_output: JsonFlag = False,
 ) -> None:
     """Mark contradicting pairs of a session, so that fitting leaves them out."""
-    from evastudio.live import headless
+    from evastudio.live import cleaning
 
     chosen: dict[str, Any] = {}
     if neighbors is not None:
@@ -49,7 +49,7 @@ def clean(
     if threshold is not None:
         chosen["threshold"] = threshold if threshold == "auto" else number("threshold", threshold)
     with bar(json_output) as progress:
-        result = headless.clean(
+        result = cleaning.clean(
             Workspace(workspace, store),
             session,
             perception=perception,

@@ -25,7 +25,7 @@ from evastudio.learning.catalog import (
     checked_policy_name,
     policy_name_from,
 )
-from evastudio.learning.cleaning import N_NEIGHBORS, THRESHOLD, Progress, clean_pairs, silent
+from evastudio.learning.cleaning import N_NEIGHBORS, Progress, clean_pairs, silent
 from evastudio.learning.delay import Asked
 from evastudio.learning.fitting import fit_policy
 from evastudio.learning.policy import find_learner
@@ -160,47 +160,6 @@ def sessions(workspace: Workspace, scene: str | None = None) -> list[dict[str, A
     """The sessions of the store, newest first."""
     with Store(workspace.ready().store_url) as store:
         return [asdict(session) for session in store.sessions(scene)]
-
-
-def clean(
-    workspace: Workspace,
-    session: int | str,
-    *,
-    perception: str | None = None,
-    n_neighbors: int = N_NEIGHBORS,
-    threshold: float | str = THRESHOLD,
-    delay: Asked = "auto",
-    clock: Callable[[], float] = time.time,
-    progress: Progress = silent,
-) -> dict[str, Any]:
-    """Mark the conflicts among the kept pairs of a session; fitting leaves them out.
-
-    They are looked for among pairs whose reaction delay has been taken out, as in `fit`.
-    """
-    with Store(workspace.ready().store_url) as store:
-        chosen = store.session(session)
-        progress(0.0, "Reading the takes")
-        (seen,) = see_session(workspace, store, chosen, [perception])
-        scene, late = seen.scene, seen.delay(delay)
-        pairs = seen.pairs(late.steps)
-        found = clean_pairs(
-            pairs,
-            scene,
-            perception,
-            n_neighbors=n_neighbors,
-            threshold=threshold,
-            progress=lambda share, doing: progress(0.3 + 0.6 * share, doing),
-        )
-        report = {
-            "perception": scene.perception(perception).name,
-            "neighbors": n_neighbors,
-            "delay": delay,
-            "delay_s": late.steps * scene.dt_s,
-            **found.report(),
-        }
-        store.save_cleaning(chosen.id, report, seen.marks(pairs, found.conflicts), clock())
-    progress(1.0, "Cleaned")
-    return {"session": chosen.id, "removed": report["conflicts"], **report}
 
 
 def fit(

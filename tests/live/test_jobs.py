@@ -16,6 +16,7 @@ import pytest
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, NotFoundError
 from evastudio.live import headless
+from evastudio.live.cleaning import clean
 from evastudio.live.jobs import ENDED, Job, Jobs, JobState
 from evastudio.workspace import Workspace
 
@@ -116,7 +117,7 @@ def test_a_job_run_again_does_the_same_work(watched: Watched, workspace: Workspa
     with Store(workspace.store_url) as store:
         scene = headless.make_scene(workspace, "asteroids")
         session = store.create_session(scene, "Empty", "test", 0.0)
-    first = watched.jobs.submit("clean", headless.clean, session, workspace=workspace)
+    first = watched.jobs.submit("clean", clean, session, workspace=workspace)
     told = watched.ended(first.id)
     assert told.state is JobState.FAILED
     assert told.error is not None

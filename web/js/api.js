@@ -49,18 +49,35 @@ async function ask(method, path, body) {
   return told;
 }
 
+/**
+ * Every item of a list, page by page.
+ * @param {string} path
+ * @returns {Promise<any[]>}
+ */
+async function every(path) {
+  const items = [];
+  let cursor = null;
+  do {
+    const from = cursor === null ? "" : `&cursor=${q(String(cursor))}`;
+    const page = await ask("GET", `${path}${path.includes("?") ? "&" : "?"}limit=1000${from}`);
+    items.push(...page.items);
+    cursor = page.next;
+  } while (cursor !== null);
+  return items;
+}
+
 /** @param {string} text */
 const q = (text) => encodeURIComponent(text);
 
 export const api = {
   /** @returns {Promise<Scene[]>} */
-  scenes: async () => (await ask("GET", "/scenes")).items,
+  scenes: () => every("/scenes"),
   /** @param {string} scene @returns {Promise<Session[]>} */
-  sessions: async (scene) => (await ask("GET", `/sessions?scene=${q(scene)}`)).items,
+  sessions: (scene) => every(`/sessions?scene=${q(scene)}`),
   /** @param {string} scene @param {string} name @returns {Promise<Session>} */
   makeSession: (scene, name) => ask("POST", "/sessions", { scene, name }),
   /** @param {number} session @returns {Promise<Take[]>} */
-  takes: async (session) => (await ask("GET", `/sessions/${session}/takes`)).items,
+  takes: (session) => every(`/sessions/${session}/takes`),
   /** @param {number} take @returns {Promise<Take>} */
   trash: (take) => ask("POST", `/takes/${take}/trash`),
   /** @param {number} take @returns {Promise<Take>} */
@@ -76,19 +93,19 @@ export const api = {
    * @param {{policy: string, when?: string}[]} entries the last without a condition
    * @returns {Promise<Job>}
    */
-  makeSwitch: (name, entries) => ask("POST", "/policies/switches", { name, entries }),
+  makeSwitch: (name, entries) => ask("POST", "/switches", { name, entries }),
   /** @returns {Promise<Job[]>} */
-  jobs: async () => (await ask("GET", "/jobs")).items,
+  jobs: () => every("/jobs"),
   /** @param {number} job @returns {Promise<Job>} */
   job: (job) => ask("GET", `/jobs/${job}`),
   /** @param {number} job @returns {Promise<Job>} */
   cancel: (job) => ask("DELETE", `/jobs/${job}`),
   /** @param {string} scene @returns {Promise<Policy[]>} */
-  policies: async (scene) => (await ask("GET", `/policies?scene=${q(scene)}`)).items,
+  policies: (scene) => every(`/policies?scene=${q(scene)}`),
   /** @param {string} scene @returns {Promise<import("./types.js").PilotEntry[]>} */
-  pilots: async (scene) => (await ask("GET", `/pilots?scene=${q(scene)}`)).items,
+  pilots: (scene) => every(`/pilots?scene=${q(scene)}`),
   /** @param {string} scene @returns {Promise<EvaluationFound[]>} */
-  evaluations: async (scene) => (await ask("GET", `/evaluations?scene=${q(scene)}`)).items,
+  evaluations: (scene) => every(`/evaluations?scene=${q(scene)}`),
   /** @param {number} evaluation @returns {Promise<EvaluationFound>} */
   evaluation: (evaluation) => ask("GET", `/evaluations/${evaluation}`),
   /** @param {object} question @returns {Promise<Job>} */

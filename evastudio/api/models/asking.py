@@ -6,21 +6,21 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from evastudio.api.models.common import Model, Seed
+from evastudio.api.models.common import Model, Seed, at_most
 from evastudio.api.models.takes import Row, Step
 
 MOST_ASKED = 20_000
 """States that can be asked about at once as JSON."""
 MOST_EXPLAINED = 2000
 
-States = Annotated[list[Row], Field(min_length=1, max_length=MOST_ASKED)]
+States = Annotated[list[Row], Field(min_length=1), at_most(MOST_ASKED)]
 
 
 class MomentsIn(Model):
     """Moments of a take to decide in, whatever the policy perceives of them."""
 
     take: Annotated[int, Field(ge=1, lt=2**31)]
-    steps: Annotated[list[Step], Field(min_length=1, max_length=MOST_ASKED)]
+    steps: Annotated[list[Step], Field(min_length=1), at_most(MOST_ASKED)]
 
 
 class DecideIn(Model):
@@ -48,7 +48,7 @@ class DecisionsOut(Model):
 
 
 class ExplainIn(Model):
-    states: Annotated[list[Row], Field(min_length=1, max_length=MOST_EXPLAINED)]
+    states: Annotated[list[Row], Field(min_length=1), at_most(MOST_EXPLAINED)]
 
 
 class SourceOut(Model):

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, Field
 
-from evastudio.api.models.common import Model, Name
+from evastudio.api.models.common import Model, Name, PolicyName
 
 
 class EntryIn(Model):
@@ -16,7 +16,7 @@ class EntryIn(Model):
 
 
 class SwitchIn(Model):
-    name: Annotated[str, Field(max_length=80)]
+    name: PolicyName
     entries: Annotated[list[EntryIn], Field(min_length=2, max_length=16)]
     perception: Name | None = None
     """What a learned condition may look at beside the signs of the scene."""

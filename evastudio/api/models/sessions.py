@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from evastudio.api.models.common import Delay, Model, Name
+from evastudio.api.models.common import Delay, Model, Name, Options, PolicyName, Seed
 
 
 class SessionIn(Model):
@@ -46,6 +46,37 @@ class CleanIn(Model):
     delay: Delay = "auto"
 
 
+class PreviewIn(CleanIn):
+    worst: Annotated[int, Field(ge=0, le=1000)] = 20
+    """So many of the conflicts are told with what they were compared with."""
+
+
+class RecordIn(Model):
+    scene: Name
+    pilot: Name = "scripted:careful"
+    """A scripted demonstrator."""
+    minutes: Annotated[float, Field(gt=0.0, le=600.0)] = 8.0
+    seed: Seed = 0
+    """Decides every world."""
+    options: Options
+    session: Name | None = None
+    """Name of the new session."""
+    mark: Annotated[str, Field(min_length=1, max_length=400)] | None = None
+    """Moments are marked when this condition begins or ceases to hold."""
+
+
+class ImportIn(Model):
+    files: Annotated[list[Name], Field(min_length=1, max_length=100)]
+    """Recordings of the workspace, by name."""
+    scene: Name = "street"
+    session: Name | None = None
+    people: Annotated[int, Field(ge=1, le=10_000)] = 60
+    """Takes from each file, one a person."""
+    fps: Annotated[float, Field(ge=0.5, le=1000.0)] | None = None
+    """Frames a second, where the file does not say."""
+    credit: Name | None = None
+
+
 class TuneIn(Model):
     learner: Name | None = None
     perception: Name | None = None
@@ -61,4 +92,4 @@ class FitIn(Model):
     perception: Name | None = None
     settings: Annotated[dict[Name, Any], Field(default_factory=dict, max_length=100)]
     delay: Delay = "auto"
-    name: Annotated[str, Field(max_length=80)] | None = None
+    name: PolicyName | None = None

@@ -7,14 +7,16 @@ from typing import Annotated
 
 from pydantic import Field, FiniteFloat
 
-from evastudio.api.models.common import Model, Name, Options, Seed
+from evastudio.api.models.common import Model, Name, Options, Seed, at_most
 from evastudio.live.enacting import MOST_STEPS
 
 Step = Annotated[int, Field(ge=0, lt=2**31)]
 Row = Annotated[list[FiniteFloat], Field(min_length=1, max_length=64)]
-Rows = Annotated[list[Row], Field(min_length=1, max_length=MOST_STEPS)]
+Rows = Annotated[list[Row], Field(min_length=1), at_most(MOST_STEPS)]
 Crowd = Annotated[
-    list[Annotated[list[Row], Field(max_length=10_000)]], Field(max_length=MOST_STEPS)
+    list[Annotated[list[Row], Field(min_length=1), at_most(10_000)]],
+    Field(min_length=1),
+    at_most(MOST_STEPS),
 ]
 
 

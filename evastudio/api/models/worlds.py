@@ -6,15 +6,15 @@ from typing import Annotated
 
 from pydantic import Field, FiniteFloat
 
-from evastudio.api.models.common import Model, Name, Options, Seed
+from evastudio.api.models.common import Model, Name, Options, Seed, at_most
 from evastudio.live.batch import MOST_STEPS, MOST_WORLDS
 from evastudio.live.worlds import PROGRAM
 
-Seeds = Annotated[list[Seed], Field(min_length=1, max_length=MOST_WORLDS)]
-Numbers = Annotated[list[FiniteFloat], Field(max_length=10_000)]
-Rows = Annotated[list[Numbers], Field(max_length=MOST_STEPS)]
-Blocks = Annotated[list[Rows], Field(max_length=MOST_STEPS)]
-Steps = Annotated[list[Blocks], Field(max_length=MOST_STEPS)]
+Seeds = Annotated[list[Seed], Field(min_length=1), at_most(MOST_WORLDS)]
+Numbers = Annotated[list[FiniteFloat], at_most(10_000)]
+Rows = Annotated[list[Numbers], at_most(MOST_STEPS)]
+Blocks = Annotated[list[Rows], at_most(MOST_STEPS)]
+Steps = Annotated[list[Blocks], at_most(MOST_STEPS)]
 
 
 class WorldsIn(Model):
