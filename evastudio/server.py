@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import os
 import signal
 import socket
 import subprocess
@@ -12,6 +13,7 @@ import threading
 import time
 import webbrowser
 from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import uvicorn
 from fastapi import FastAPI, Request, WebSocket
@@ -36,6 +38,10 @@ from evastudio.studio.views import Views
 from evastudio.workspace import shipped
 from evastudio.world.compiled import is_compiled
 
+GRACE_S = 1
+"""So long requests that run have to end when the studio does; with what follows it ends in 5 s."""
+LEAVE_S = 0.5
+"""So long the process has to end by itself once everything is saved."""
 BACKLOG = 128
 """Connections that may wait while the studio starts."""
 
@@ -72,11 +78,14 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         yield
         if compiler is not None:
             compiler.kill()
-            await asyncio.to_thread(compiler.wait)
-        await asyncio.to_thread(context.stages.close_all)
-        await asyncio.to_thread(context.worlds.close_all)
-        views.close_all()
-        await asyncio.to_thread(context.jobs.close)
+        # On a thread of its own: those of the loop may all be waiting for a store that is locked.
+        with ThreadPoolExecutor(1, "closing") as closing:
+            await loop.run_in_executor(closing, context.stages.close_all)
+            views.close_all()
+            await loop.run_in_executor(closing, context.worlds.close_all)
+            await loop.run_in_executor(closing, context.jobs.close)
+            if compiler is not None:
+                await loop.run_in_executor(closing, compiler.wait)
         store.close()
 
     app = FastAPI(
@@ -179,7 +188,7 @@ def configured(app: FastAPI, settings: Settings) -> uvicorn.Config:
         ws="websockets-sansio",
         ws_per_message_deflate=False,
         ws_max_size=limits.MOST_MESSAGE_BYTES,
-        timeout_graceful_shutdown=3,
+        timeout_graceful_shutdown=GRACE_S,
     )
 
 
@@ -195,6 +204,13 @@ class _Server(uvicorn.Server):
         super().__init__(config)
         self._listening = listening
         self._leaving = leaving
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """After it takes are closed and jobs are gone: nobody waits for threads that hang."""
+        await super().shutdown(sockets)
+        leave = threading.Timer(LEAVE_S, os._exit, (0,))
+        leave.daemon = True
+        leave.start()
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)

@@ -25,7 +25,7 @@ from evastudio.demonstrations.spill import Spill
 from evastudio.demonstrations.spill_file import BEGIN, FINISH, PAIRS, RESTORE, TRASH, Entry
 from evastudio.demonstrations.store import Store, pack_pairs
 from evastudio.demonstrations.unsaved import Writing
-from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
+from evastudio.errors import NotFoundError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
@@ -318,9 +318,6 @@ class Recorder:
                 self._writing.write(entry)
             except NotFoundError as error:  # the take was deleted meanwhile: nothing to try again
                 logger.warning("%s", error)
-            except (ConflictError, InvalidInputError) as error:  # nor here
-                logger.warning("A take cannot be kept", exc_info=error)
-                self._broken_off = f"The take ends here: {error}"
             except Exception as error:  # whatever it is, the person must be told
                 if self._failure is None:
                     logger.warning("A take could not be written", exc_info=error)

@@ -36,13 +36,17 @@ class Writing:
         self._takes: dict[str, int] = {}
 
     def write(self, entry: Entry) -> None:
-        """Raises StorageError, and NotFoundError where the take or its session was deleted."""
+        """Raises NotFoundError where the take was deleted: then nothing is left to be done.
+
+        Raises ConflictError where its session or its earlier pairs are gone, StorageError, and
+        InvalidInputError: then it is still to be kept.
+        """
         store, values = self._store, dict(entry.values)
         if entry.kind == BEGIN:
             origin = values.pop("origin")
             values["origin"] = None if origin is None else Origin(**origin)
             new = NewTake(key=entry.key, fixed=entry.data, **values)
-            self._takes[entry.key] = store.write_take(new)
+            self._takes[entry.key] = self._begun(new)
             return
         take = self._takes.get(entry.key)
         if take is None:
@@ -55,6 +59,16 @@ class Writing:
             store.trash_take(take, values["now"])
         elif entry.kind == RESTORE:
             store.restore_take(take)
+
+    def _begun(self, new: NewTake) -> int:
+        try:
+            return self._store.write_take(new)
+        except NotFoundError as error:
+            try:
+                self._store.session(new.session)
+            except NotFoundError:
+                raise ConflictError(str(error)) from None
+            raise
 
 
 @dataclass(frozen=True)
@@ -126,19 +140,10 @@ def _write_all(store: Store, spilled: Spilled) -> bool:
             writing.write(entry)
         except NotFoundError as error:
             logger.warning("%s", error)
-            if entry.kind == BEGIN:
-                found &= _has_session(store, entry.values["session"])
         except (ConflictError, InvalidInputError) as error:
             logger.warning("%s", error)
             found = False
     return found
-
-
-def _has_session(store: Store, session: int) -> bool:
-    try:
-        return store.session(session).id == session
-    except NotFoundError:
-        return False
 
 
 def _paths(folders: Sequence[Path], identity: str) -> list[Path]:

@@ -35,7 +35,7 @@ class Rescue:
                 self._thread = threading.Thread(target=self._run, name="rescue", daemon=True)
                 self._thread.start()
 
-    def close(self, patience_s: float = 1.0) -> None:
+    def close(self, patience_s: float = 0.5) -> None:
         """Stop; what still waits is taken in at the next start."""
         self._closing.set()
         thread = self._thread

@@ -1,0 +1,307 @@
+"""Stores that really refuse: what was recorded meanwhile is written afterwards, each pair once."""
+
+from __future__ import annotations
+
+import gc
+import shutil
+import subprocess
+import sys
+import threading
+import tracemalloc
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from evastudio.demonstrations.recorder import Recorder
+from evastudio.demonstrations.store import Store
+from evastudio.demonstrations.unsaved import take_in, unsaved
+from evastudio.errors import StorageError
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import Snapshot
+from tests.postgres import Postgres
+
+LOCK = """
+import sqlite3, sys
+connection = sqlite3.connect(sys.argv[1], isolation_level=None)
+connection.execute("begin exclusive")
+print("locked", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def scene(asteroids: Callable[..., Scene]) -> Scene:
+    return asteroids(density=0.5)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "store.db"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "unsaved"
+
+
+@pytest.fixture
+def own_postgres() -> Iterator[Postgres]:
+    """A server that may be killed."""
+    server = Postgres(durable=True)
+    try:
+        server.start()
+        yield server
+    finally:
+        server.remove()
+
+
+def add(recorder: Recorder, scene: Scene, snapshot: Snapshot, count: int) -> Snapshot:
+    for _ in range(count):
+        actions = np.full((1, 2), 0.01)
+        recorder.add(scene.perception().perceive(snapshot).states, actions, snapshot)
+        snapshot = scene.step(snapshot, actions)
+    return snapshot
+
+
+def tried(recorder: Recorder) -> None:
+    """Return once the recorder has tried to write what it was given."""
+    done = threading.Event()
+    recorder.settle(done.set)
+    assert done.wait(60.0)
+
+
+def add_the_same(
+    recorder: Recorder, scene: Scene, snapshot: Snapshot, first: int, count: int
+) -> None:
+    """Pairs that only differ in their number: much to write in little time."""
+    states = scene.perception().perceive(snapshot).states
+    for number in range(first, first + count):
+        recorder.add(states, np.zeros((1, 2)), snapshot.after(steps=np.array([number])))
+    tried(recorder)
+
+
+def memory_held(work: Callable[[], None]) -> int:
+    """Bytes that `work` leaves in memory."""
+    tracemalloc.start()
+    work()
+    gc.collect()
+    held, _ = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    return held
+
+
+def whole(store: Store, take: int, pairs: int) -> bool:
+    """Whether a take has these pairs, each once and in order."""
+    return np.array_equal(store.load_take(take).snapshots["steps"], np.arange(pairs))
+
+
+def left_by_a_closed_recorder(scene: Scene, file: Path, folder: Path, pairs: int = 14) -> Path:
+    """What is left of a take of session 1 where the store cannot be written at all."""
+    with Store(f"sqlite:///file:{file}?mode=ro&uri=true") as store:
+        recorder = Recorder(store, 1, folders=[folder])
+        recorder.begin(scene, scene.worlds([1]), 1, "test", 0.0)
+        add(recorder, scene, scene.worlds([1]), pairs)
+        recorder.end("crossed", 1.0)
+        tried(recorder)
+        assert recorder.problem is not None
+        assert str(folder) in recorder.problem
+        assert "readonly" in recorder.problem
+        recorder.close(2.0, patience_s=0.0)
+    (left,) = recorder.left
+    return left
+
+
+def test_a_take_for_a_read_only_store_is_taken_in_later(
+    scene: Scene, file: Path, folder: Path
+) -> None:
+    with Store(f"sqlite:///{file}") as store:
+        session = store.create_session(scene, "Later", "test", 0.0)
+        left = left_by_a_closed_recorder(scene, file, folder)
+        assert store.takes(session) == []
+        (taken,) = take_in(store, [folder])
+        assert (taken.path, taken.takes, taken.pairs) == (left, 1, 14)
+        assert not folder.exists()
+        (take,) = store.takes(session)
+        assert (take.pairs, take.outcome) == (14, "crossed")
+        assert whole(store, take.id, 14)
+
+
+@pytest.mark.parametrize("again", ["nothing of it", "its beginning", "all of it"])
+def test_what_a_killed_studio_had_written_is_not_written_again(
+    scene: Scene, file: Path, folder: Path, again: str
+) -> None:
+    with Store(f"sqlite:///{file}") as store:
+        session = store.create_session(scene, "Once", "test", 0.0)
+        left = left_by_a_closed_recorder(scene, file, folder)
+        copy = folder.parent / "copy"
+        shutil.copy(left, copy)
+        if again == "its beginning":
+            left.write_bytes(copy.read_bytes()[:-2000])
+        if again != "nothing of it":
+            take_in(store, [folder])
+            folder.mkdir(exist_ok=True)
+            shutil.copy(copy, left)
+        take_in(store, [folder])
+        (take,) = store.takes(session, trashed=None)
+        assert (take.pairs, take.outcome) == (14, "crossed")
+        assert whole(store, take.id, 14)
+
+
+def test_a_take_in_the_trash_stays_there_and_a_deleted_one_gone(
+    scene: Scene, file: Path, folder: Path
+) -> None:
+    with Store(f"sqlite:///{file}") as store:
+        session = store.create_session(scene, "Thrown", "test", 0.0)
+        left = left_by_a_closed_recorder(scene, file, folder)
+        copy = folder.parent / "copy"
+        data = left.read_bytes()
+        shutil.copy(left, copy)
+        left.write_bytes(data[:-2000])
+        take_in(store, [folder])
+        (take,) = store.takes(session)
+        assert 0 < take.pairs < 14
+        store.trash_take(take.id, 1.0)
+        folder.mkdir()
+        shutil.copy(copy, left)
+        take_in(store, [folder])
+        (take,) = store.takes(session, trashed=True)
+        assert take.pairs == 14
+        store.empty_trash(session)
+        folder.mkdir()
+        shutil.copy(copy, left)
+        take_in(store, [folder])
+        assert store.takes(session, trashed=None) == []
+        assert not folder.exists()
+
+
+def test_takes_whose_session_is_gone_are_kept_beside(
+    scene: Scene, file: Path, folder: Path
+) -> None:
+    with Store(f"sqlite:///{file}") as store:
+        recorder = Recorder(store, 7, folders=[folder])
+        recorder.begin(scene, scene.worlds([1]), 1, "test", 0.0)
+        add(recorder, scene, scene.worlds([1]), 14)
+        tried(recorder)
+        assert recorder.problem is not None
+        assert "no session 7" in recorder.problem
+        recorder.close(2.0, patience_s=0.0)
+        (left,) = recorder.left
+        take_in(store, [folder])
+        assert not left.exists()
+        assert [path.name for path in folder.iterdir()] == [left.name + ".kept"]
+        assert unsaved([folder], store.identity) == []
+
+
+def test_a_store_that_still_refuses_leaves_everything_where_it_waits(
+    scene: Scene, file: Path, folder: Path
+) -> None:
+    with Store(f"sqlite:///{file}") as store:
+        store.create_session(scene, "Still", "test", 0.0)
+    left = left_by_a_closed_recorder(scene, file, folder)
+    before = left.read_bytes()
+    with Store(f"sqlite:///file:{file}?mode=ro&uri=true") as store:
+        with pytest.raises(StorageError):
+            take_in(store, [folder])
+        assert [found.path for found in unsaved([folder], store.identity)] == [left]
+    assert left.read_bytes() == before
+
+
+def test_another_program_that_locks_the_store_loses_nothing_and_no_memory(
+    scene: Scene, file: Path, folder: Path
+) -> None:
+    with Store(f"sqlite:///{file}?timeout=0.05") as store:
+        session = store.create_session(scene, "Locked", "test", 0.0)
+        recorder = Recorder(store, session, folders=[folder])
+        snapshot = scene.worlds([1])
+        recorder.begin(scene, snapshot, 1, "test", 0.0)
+        snapshot = add(recorder, scene, snapshot, 12)
+        tried(recorder)
+        with subprocess.Popen(
+            [sys.executable, "-c", LOCK, str(file)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        ) as other:
+            assert other.stdout is not None
+            assert other.stdout.readline()
+            snapshot = add(recorder, scene, snapshot, 8)
+            tried(recorder)
+            assert recorder.problem is not None
+            assert "locked" in recorder.problem
+            assert str(folder) in recorder.problem
+            (path,) = folder.iterdir()
+            add_the_same(recorder, scene, snapshot, 20, 500)
+            before = path.stat().st_size
+            held = memory_held(lambda: add_the_same(recorder, scene, snapshot, 520, 2500))
+            assert held < (path.stat().st_size - before) / 5
+            other.communicate()
+        tried(recorder)
+        assert recorder.problem is None
+        recorder.end("crossed", 1.0)
+        recorder.close(1.0)
+        (take,) = store.takes(session)
+        assert (take.pairs, take.outcome) == (3020, "crossed")
+        assert whole(store, take.id, 3020)
+    assert not folder.exists()
+
+
+def test_a_database_server_killed_in_a_take_loses_nothing(
+    scene: Scene, own_postgres: Postgres, folder: Path
+) -> None:
+    with Store(own_postgres.url(own_postgres.create_database())) as store:
+        session = store.create_session(scene, "Killed", "test", 0.0)
+        recorder = Recorder(store, session, folders=[folder])
+        snapshot = scene.worlds([1])
+        recorder.begin(scene, snapshot, 1, "test", 0.0)
+        snapshot = add(recorder, scene, snapshot, 20)
+        tried(recorder)
+        own_postgres.kill()
+        snapshot = add(recorder, scene, snapshot, 20)
+        tried(recorder)
+        assert recorder.problem is not None
+        assert str(folder) in recorder.problem
+        own_postgres.start()
+        tried(recorder)
+        assert recorder.problem is None
+        snapshot = add(recorder, scene, snapshot, 20)
+        tried(recorder)
+        own_postgres.restart()
+        add(recorder, scene, snapshot, 20)
+        recorder.end("crossed", 1.0)
+        recorder.close(1.0)
+        assert recorder.problem is None
+        (take,) = store.takes(session)
+        assert (take.pairs, take.outcome) == (80, "crossed")
+        assert whole(store, take.id, 80)
+
+
+def test_a_server_made_read_only_in_a_take_loses_nothing(
+    scene: Scene, own_postgres: Postgres, folder: Path
+) -> None:
+    def read_only(value: str) -> None:
+        own_postgres.execute(f"ALTER SYSTEM SET default_transaction_read_only = {value}")
+        own_postgres.execute("SELECT pg_reload_conf()")
+
+    with Store(own_postgres.url(own_postgres.create_database())) as store:
+        session = store.create_session(scene, "Read-only", "test", 0.0)
+        recorder = Recorder(store, session, folders=[folder])
+        snapshot = scene.worlds([1])
+        recorder.begin(scene, snapshot, 1, "test", 0.0)
+        snapshot = add(recorder, scene, snapshot, 6)
+        tried(recorder)
+        read_only("on")
+        while recorder.problem is None:  # until the server has read its settings again
+            snapshot = add(recorder, scene, snapshot, 6)
+            tried(recorder)
+        assert "read-only" in recorder.problem
+        with own_postgres.connect() as other:
+            other.execute("SET default_transaction_read_only = off")
+            other.execute("ALTER SYSTEM RESET default_transaction_read_only")
+            other.execute("SELECT pg_reload_conf()")
+        while recorder.problem is not None:
+            tried(recorder)
+        recorder.close(1.0)
+        (take,) = store.takes(session)
+        assert take.pairs == recorder.pairs
+        assert whole(store, take.id, take.pairs)
