@@ -206,7 +206,8 @@ class _Server(uvicorn.Server):
         self._leaving = leaving
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """After it takes are closed and jobs are gone: nobody waits for threads that hang."""
+        """When it is done takes are closed and jobs are gone: nobody waits for threads that hang."""
+        self._leaving()
         await super().shutdown(sockets)
         leave = threading.Timer(LEAVE_S, os._exit, (0,))
         leave.daemon = True
@@ -216,10 +217,6 @@ class _Server(uvicorn.Server):
         await super().startup(sockets)
         if not self.should_exit:
             self._listening()
-
-    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        self._leaving()
-        await super().shutdown(sockets)
 
 
 def _listen(host: str, port: int) -> socket.socket:
