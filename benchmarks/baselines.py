@@ -19,6 +19,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import joblib
 import numpy as np
 
 from benchmarks.crossing import demonstrate, file_size, scene_at
@@ -121,6 +122,7 @@ def searched(
 def planned(scene: Scene, fields: int, nodes: int) -> str:
     """A row about A* with so many `nodes` a search: what its searches need."""
     plans: list[Plan] = []
+    roll_out(scene, AStarPilot(), world_seeds(0, 1), max_steps=5)  # compiled before it is timed
     pilot = AStarPilot(nodes=nodes, watch=plans.append)
     start = time.process_time()
     flown = roll_out(scene, pilot, world_seeds(CURVE_FIELDS, fields))
@@ -159,8 +161,6 @@ def main() -> None:
     began = time.monotonic()
     ensure_compiled()
     scene = scene_at(SHOWN_AT)
-    roll_out(scene, AStarPilot(), world_seeds(0, 1), max_steps=5)  # compiled before it is timed
-
     rivals = {
         "straight flight": Rival(find_pilot("straight")),
         "scripted demonstrator: careful": Rival(find_pilot("scripted:careful")),
@@ -169,21 +169,17 @@ def main() -> None:
         **cloned(scene, MINUTES),
         "A*": Rival(find_pilot("astar")),
     }
+    parallel = joblib.Parallel(n_jobs=options.jobs)
+    tries = (4, 20) if options.quick else (None, 200)
+    found = parallel(joblib.delayed(searched)(scene, optimiser, *tries) for optimiser in OPTIMISERS)
     curve: list[str] = []
-    for optimiser in OPTIMISERS:
-        rival, rows = searched(
-            scene, optimiser, 4 if options.quick else None, 20 if options.quick else 200
-        )
+    for optimiser, (rival, rows) in zip(OPTIMISERS, found, strict=True):
         rivals[f"PEGASUS, {optimiser}"] = rival
         curve += rows
-        print(f"{optimiser}: {time.monotonic() - began:.0f} s", flush=True)
+    print(f"PEGASUS: {time.monotonic() - began:.0f} s", flush=True)
     rivals |= trained()
-    plans = [
-        planned(scene, *sizes)
-        for sizes in (
-            [(2, 300)] if options.quick else [(10, 100), (10, 300), (10, 2000), (3, 50_000)]
-        )
-    ]
+    sizes = [(2, 300)] if options.quick else [(10, 100), (10, 300), (10, 2000), (3, 50_000)]
+    plans = parallel(joblib.delayed(planned)(scene, *one) for one in sizes)
     results: dict[float, Mapping[str, Evaluation]] = {}
     for density in DENSITIES:
         results[density] = evaluate(

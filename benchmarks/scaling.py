@@ -47,8 +47,10 @@ class Costs:
 
     task_s: float
     """Of the work in a task of `CHUNK` worlds, in this process."""
+    once_bytes: int
+    """What travels once to each worker: scene and pilot."""
     sent_bytes: int
-    """What travels for one task: scene, pilot, seeds."""
+    """What travels for one task."""
     back_bytes: int
     """And what comes back."""
     empty_s: float
@@ -66,9 +68,9 @@ def nothing(_: object) -> None:
 def measure(scene: Scene, pilot: Pilot, worlds: int) -> Costs:
     """Fly `worlds` on one worker and on two, and what tasks and bytes cost."""
     seeds = world_seeds(7, CHUNK)
-    fly(scene, pilot, seeds, 20_000)
+    fly(scene, pilot, seeds, 20_000, "")
     began = time.perf_counter()
-    flown = fly(scene, pilot, seeds, 20_000)
+    flown = fly(scene, pilot, seeds, 20_000, "")
     task_s = time.perf_counter() - began
     walls: dict[int, list[float]] = {1: [], 2: []}
     empty, bytes_ = [], []
@@ -95,7 +97,8 @@ def measure(scene: Scene, pilot: Pilot, worlds: int) -> Costs:
                         bytes_.append(spent(load) / (MEGABYTES * 1_000_000))
     return Costs(
         task_s,
-        len(pickle.dumps((scene, pilot, seeds))),
+        len(pickle.dumps((scene, pilot))),
+        len(pickle.dumps(seeds)),
         len(pickle.dumps(flown)),
         statistics.median(empty),
         statistics.median(bytes_),
@@ -149,7 +152,8 @@ def report(costs: Costs, worlds: int, opening: str) -> str:
         f"| the work of a task | {1e3 * costs.task_s:,.0f} ms |",
         f"| a task that does nothing, there and back | {1e3 * costs.empty_s:.1f} ms |",
         f"| a megabyte that travels with a task | {1e9 * costs.byte_s:.1f} ms |",
-        f"| what travels for a task of the evaluation | {costs.sent_bytes / 1e3:,.0f} KB there, "
+        f"| what travels once to each worker: scene and policy | {costs.once_bytes / 1e3:,.0f} KB |",
+        f"| what travels for a task of the evaluation | {costs.sent_bytes / 1e3:,.1f} KB there, "
         f"{costs.back_bytes / 1e3:,.0f} KB back |",
         "",
         "## With more workers",
@@ -172,9 +176,10 @@ def report(costs: Costs, worlds: int, opening: str) -> str:
         "- **100 workers**: make tasks larger in the same measure (`chunk=1000` in "
         "`evastudio.evaluation.evaluate.evaluate`): the work of a task grows with its worlds, "
         "what it costs to hand out hardly does. Results stay the same.",
-        "- **1,000 workers**: larger tasks still, and scene and policy sent once to every worker "
-        "(Dask's `scatter`), not with every task; this is not built. Start-up counts too: each "
-        "process compiles or loads the kernels (some seconds the first time).",
+        "- **1,000 workers**: larger tasks still. Start-up counts then: each process compiles or "
+        "loads the kernels (some seconds the first time). Scene and policy are tasks of their own: "
+        "workers hand them on to each other, and the scheduler has them made again where a worker "
+        "dies with them.",
         "- Tuning sends its pairs with every trial: at 100,000 pairs of 14 numbers that is 11 MB, "
         f"{11e6 * costs.byte_s:.2f} s a trial, which pays for learners that take longer than that.",
     ]

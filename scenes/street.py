@@ -35,6 +35,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from evastudio.errors import InvalidInputError
 from evastudio.motion.figures import figures
@@ -45,7 +46,7 @@ from evastudio.world.beacon import post_body
 from evastudio.world.bodies import Body, Mesh
 from evastudio.world.cast import of_lead
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene
-from evastudio.world.snapshot import AnyArray, Snapshot
+from evastudio.world.snapshot import AnyArray, Snapshot, stack
 from evastudio.world.spaces import Array, Box, Field, Space
 
 REACH = 0.5
@@ -60,6 +61,10 @@ CELL = 0.2
 """Metres from cell to cell of the ground."""
 ERRANDS = 4
 """Goals of everybody in a world that was not recorded."""
+TOUCH = 0.3
+"""Metres between the middles of two people below which they touch."""
+STANDS = 0.2
+"""Metres a second below which one stands."""
 APART = 0.9
 """Metres at least between people when such a world begins."""
 
@@ -72,6 +77,7 @@ class Street(Peopled):
     version = 1
     dt_s = 0.4
     render_hz = 30.0
+    near_m = 0.2
     outcomes = ("running", "arrived", "late")
     successes = frozenset({"arrived"})
     options = (
@@ -187,6 +193,34 @@ class Street(Peopled):
     def progress(self, snapshot: Snapshot) -> Array:
         reached = of_lead(snapshot, snapshot["leg"]) / snapshot["goals"].shape[2]
         return np.asarray(np.clip(reached, 0.0, 1.0))
+
+    def clearance(self, snapshot: Snapshot) -> Array:
+        """From the lead to the nearest other who is there; below zero they touch."""
+        lead, worlds = snapshot["lead"], np.arange(snapshot.worlds)
+        away = snapshot["position"] - snapshot["position"][worlds, lead][:, None]
+        far = np.hypot(away[..., 0], away[..., 1]) - TOUCH
+        here = snapshot["present"] > 0
+        others = here & here[worlds, lead][:, None]
+        others[worlds, lead] = False
+        apart = np.where(others, far, np.inf).min(axis=1)
+        return np.where(apart <= self.clear_m, apart, np.inf)
+
+    def measures(self, moments: Snapshot, actions: Array) -> dict[str, float]:
+        """Of everybody while there: touches, pace, goals reached, and the way made for them."""
+        here = moments["present"] > 0
+        minutes = here.sum() * self.dt_s / 60.0
+        if minutes == 0.0:
+            return {}
+        velocity = moments["velocity"]
+        speed = np.hypot(velocity[..., 0], velocity[..., 1])[here]
+        whole = stack([moments, self.step(moments.take(slice(-1, None)), actions[-1:])])
+        return {
+            "touches_per_minute": float(touches(moments).sum() / minutes),
+            "metres_per_second": float(speed.mean()),
+            "standing": float((speed < STANDS).mean()),
+            "goals_per_minute": float((whole["leg"][-1] - whole["leg"][0]).sum() / minutes),
+            "detour": detour(whole),
+        }
 
     def intention(
         self, snapshot: Snapshot, *, room: float = 2.0, wary_s: float = 3.0, **_: float
@@ -505,6 +539,39 @@ def ground_of(points: Array, path: Array) -> tuple[NDArray[np.uint8], Array]:
         for along in range(3):
             cells[y + along, x + across] = 1
     return cells[1:-1, 1:-1], low
+
+
+def touches(moments: Snapshot) -> NDArray[np.int64]:
+    """How often each of those there comes to touch somebody, (N,); `moments` of one world."""
+    touching = np.zeros((moments.worlds + 1, moments["present"].shape[1]), dtype=np.bool_)
+    for moment, (position, present) in enumerate(
+        zip(moments["position"], moments["present"] > 0, strict=True), start=1
+    ):
+        if present.sum() > 1:
+            there = position[present]
+            far = KDTree(there).query(there, k=2)[0][:, 1]
+            touching[moment, present] = far < TOUCH
+    return np.asarray((touching[1:] & ~touching[:-1]).sum(axis=0))
+
+
+def detour(moments: Snapshot) -> float:
+    """Metres walked for each metre straight from goal to goal, mean over those who reached any.
+
+    `moments` of one world from its beginning; NaN where nobody reached a goal.
+    """
+    position, leg = moments["position"], moments["leg"]
+    steps = np.diff(position, axis=0)
+    walked = np.concatenate([np.zeros((1, len(leg[0]))), np.hypot(*np.moveaxis(steps, 2, 0))])
+    goals = moments["goals"][0]
+    turns = np.concatenate([position[0][:, None], goals], axis=1)
+    straight = np.hypot(*np.moveaxis(np.diff(turns, axis=1), 2, 0)).cumsum(axis=1)
+    shares = []
+    for who, reached in enumerate(np.minimum(leg[-1], goals.shape[1])):
+        if reached and straight[who, reached - 1] > REACH:
+            arrives = int((leg[:, who] >= reached).argmax())
+            way = walked[: arrives + 1, who].sum()
+            shares.append(way / (straight[who, reached - 1] - REACH))
+    return float(np.mean(shares)) if shares else float("nan")
 
 
 def goal_of(snapshot: Snapshot) -> Array:

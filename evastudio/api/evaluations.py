@@ -32,6 +32,8 @@ def start_evaluation(body: EvaluateIn, studio: Studio) -> JobOut:
     scene = make_scene(studio.workspace, body.scene, body.options)
     for name in body.policies:
         load_pilot(studio.workspace, name, scene)
+    if body.like_session is not None:
+        studio.store.session(body.like_session)
     job = studio.jobs.submit("evaluate", evaluate, workspace=studio.workspace, **body.model_dump())
     return JobOut.model_validate(job)
 

@@ -39,6 +39,9 @@ def evaluate(
     like: Annotated[
         str | None, typer.Option(help="The one of them that the others should move like.")
     ] = None,
+    like_session: Annotated[
+        str | None, typer.Option(help="The session whose takes they should move like.")
+    ] = None,
     jobs: JobsOption = 1,
     cluster: ClusterOption = None,
     pictures: Annotated[
@@ -60,6 +63,7 @@ def evaluate(
             seed=seed,
             options=options_of(density, option),
             like=like,
+            like_session=like_session,
             jobs=jobs,
             cluster=cluster,
             pictures=pictures,

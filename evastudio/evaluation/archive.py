@@ -46,7 +46,8 @@ class EvaluationRecord:
         """What people call each figure, by its name."""
         figures = [name for one in self.result["pilots"].values() for name in one["figures"]]
         names = dict.fromkeys((SUCCESS, *figures, "unlike", "decision_us"))
-        return {name: label(name) for name in names}
+        unlike = {"unlike": f"Unlike {self.result['like']}, %"}
+        return {name: label(name) for name in names} | unlike
 
     @property
     def mark(self) -> str:

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Mapping
+from contextvars import ContextVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import joblib
 
 from evastudio.errors import ClusterError
 from evastudio.evaluation.versions import versions
 
+if TYPE_CHECKING:
+    from distributed import Client
+
+T = TypeVar("T")
+_client: ContextVar[Client | None] = ContextVar("cluster", default=None)
+"""Of the cluster that work goes to now, if any."""
 PATIENCE_S = 10.0
 """How long to wait for a cluster's scheduler, and for its first worker."""
 
@@ -54,8 +62,26 @@ def on_cluster(address: str | None, patience_s: float = PATIENCE_S) -> Iterator[
                 f"Install evastudio {versions()['evastudio']} there and start it again."
             ) from None
         _agree(found, address)
-        with joblib.parallel_config(backend="dask", n_jobs=-1):
-            yield -1
+        token = _client.set(client)
+        try:
+            with joblib.parallel_config(backend="dask", n_jobs=-1):
+                yield -1
+        finally:
+            _client.reset(token)
+
+
+def once(thing: T) -> T:
+    """Stands for `thing` in the arguments of joblib's tasks; `thing` itself without a cluster.
+
+    On one it reaches each worker once, not with every task, and again if the worker dies: it is a
+    task of its own, which the scheduler can have done anew. Keep it until the work is done.
+    """
+    client = _client.get()
+    return thing if client is None else cast("T", client.submit(_itself, thing, pure=False))
+
+
+def _itself(thing: T) -> T:
+    return thing
 
 
 def _agree(workers: Mapping[str, Mapping[str, str]], address: str) -> None:

@@ -11,6 +11,8 @@ import joblib
 import numpy as np
 
 from evastudio.errors import InvalidInputError, not_found
+from evastudio.evaluation.blaming import blaming
+from evastudio.evaluation.cluster import once
 from evastudio.evaluation.flight import Logbook, figures_of, path_features
 from evastudio.evaluation.likeness import inhomogeneity, thinned
 from evastudio.evaluation.lockstep import fly_in_step, goes_in_step
@@ -40,13 +42,23 @@ class Flown:
     """`path_features` of KEPT moments of each world, one below the other."""
 
 
+@dataclass(frozen=True)
+class Shown:
+    """How somebody moved, for the pilots to be like."""
+
+    name: str
+    """Whose moving it is, for people."""
+    features: Array
+    """`path_features` of it, moment by moment."""
+
+
 def evaluate(
     scene: Scene,
     pilots: Mapping[str, Pilot],
     *,
     worlds: int = 1000,
     seed: int = 0,
-    like: str | None = None,
+    like: str | Shown | None = None,
     n_jobs: int = 1,
     chunk: int = CHUNK,
     max_steps: int = MAX_STEPS,
@@ -55,7 +67,8 @@ def evaluate(
 ) -> Comparison:
     """Fly every one of `pilots` through the same `worlds` worlds that follow from `seed`.
 
-    `like` names the pilot, one of them, that the others should move like. The outcome does not
+    `like` names the pilot, one of them, that the others should move like, or is what somebody
+    showed. The outcome does not
     depend on `n_jobs` or `chunk`. On a cluster, choose joblib's backend around this call and pass
     `n_jobs=-1`. Raises InvalidInputError for fewer than one world or no pilot, NotFoundError where
     `like` is none of them.
@@ -64,30 +77,42 @@ def evaluate(
         raise InvalidInputError(f"{worlds!r} worlds were asked for; choose at least 1.")
     if not pilots:
         raise InvalidInputError("There is nothing to evaluate: name at least one pilot.")
-    if like is not None and like not in pilots:
+    if isinstance(like, str) and like not in pilots:
         raise not_found("pilot among those evaluated", like, pilots)
     seeds = world_seeds(seed, worlds)
     parts = [seeds[start : start + chunk] for start in range(0, worlds, chunk)]
     tasks = [(name, part) for name in pilots for part in parts]
     run = joblib.Parallel(n_jobs=n_jobs, return_as="generator")
-    results = run(joblib.delayed(fly)(scene, pilots[name], part, max_steps) for name, part in tasks)
+    place, sent = once(scene), {name: once(pilot) for name, pilot in pilots.items()}
+    results = run(
+        joblib.delayed(fly)(place, sent[name], part, max_steps, name) for name, part in tasks
+    )
     flown: dict[str, list[Flown]] = {name: [] for name in pilots}
     for done, ((name, _), part) in enumerate(zip(tasks, results, strict=True), start=1):
         flown[name].append(part)
         if progress is not None:
             progress(done / len(tasks), f"{name}: {len(flown[name])} of {len(parts)}")
-    shown = None if like is None else _features(flown[like])
+    shown = Shown(like, _features(flown[like])) if isinstance(like, str) else like
+    chance = None if shown is None else _chance(shown)
     evaluations = {}
     for name, done_parts in flown.items():
+        unlike = None
+        if shown is not None:
+            unlike = chance if name == like else _unlike(_features(done_parts), shown.features)
         evaluations[name] = gather(
             scene,
             name,
             done_parts,
-            unlike=None if shown is None else _unlike(_features(done_parts), shown, name == like),
+            unlike=unlike,
             decision_us=decision_us(scene, pilots[name], seeds[0]) if measure_time else None,
         )
     return Comparison(
-        scene=scene.identity(), seed=seed, worlds=worlds, like=like, pilots=evaluations
+        scene=scene.identity(),
+        seed=seed,
+        worlds=worlds,
+        like=None if shown is None else shown.name,
+        chance=chance,
+        pilots=evaluations,
     )
 
 
@@ -134,43 +159,51 @@ def decision_us(
     clock: Callable[[], float] = time.perf_counter,
 ) -> float:
     """Median microseconds of one decision, perception included, for one world."""
-    snapshot = scene.worlds([seed])
-    memory = pilot.begin(scene, [seed])
     spent = []
-    for _ in range(decisions):
-        start = clock()
-        actions, memory = pilot.act(scene, snapshot, memory)
-        spent.append(clock() - start)
-        snapshot = scene.step(snapshot, scene.action.clip(actions))
-        if scene.outcome(snapshot)[0] != 0:
-            snapshot = scene.worlds([seed])
-            memory = pilot.begin(scene, [seed])
+    with blaming(scene, pilot.name):
+        snapshot = scene.worlds([seed])
+        memory = pilot.begin(scene, [seed])
+        for _ in range(decisions):
+            start = clock()
+            actions, memory = pilot.act(scene, snapshot, memory)
+            spent.append(clock() - start)
+            snapshot = scene.step(snapshot, scene.action.clip(actions))
+            if scene.outcome(snapshot)[0] != 0:
+                snapshot = scene.worlds([seed])
+                memory = pilot.begin(scene, [seed])
     return statistics.median(spent) * 1e6
 
 
-def fly(scene: Scene, pilot: Pilot, seeds: Sequence[int], max_steps: int) -> Flown:
-    """What becomes of the worlds of `seeds`: one task of an evaluation."""
-    if goes_in_step(pilot, scene):
-        rollout, flights = fly_in_step(scene, pilot, seeds, max_steps=max_steps)
-    else:
-        log = Logbook(scene)
-        rollout = roll_out(scene, pilot, seeds, max_steps=max_steps, watcher=log)
-        flights = log.flights()
-    figures = [figures_of(scene, flight) for flight in flights]
-    return Flown(
-        rollout,
-        {name: np.array([one[name] for one in figures]) for name in figures[0]},
-        np.concatenate([thinned(path_features(scene, flight), KEPT) for flight in flights]),
-    )
+def fly(scene: Scene, pilot: Pilot, seeds: Sequence[int], max_steps: int, name: str) -> Flown:
+    """What becomes of the worlds of `seeds`: one task of an evaluation.
+
+    Raises InvalidInputError where the scene's own code fails; `name` is what the pilot is called.
+    """
+    with blaming(scene, name):
+        if goes_in_step(pilot, scene):
+            rollout, flights = fly_in_step(scene, pilot, seeds, max_steps=max_steps)
+        else:
+            log = Logbook(scene)
+            rollout = roll_out(scene, pilot, seeds, max_steps=max_steps, watcher=log)
+            flights = log.flights()
+        figures = [figures_of(scene, flight) for flight in flights]
+        features = [thinned(path_features(scene, flight), KEPT) for flight in flights]
+        return Flown(
+            rollout,
+            {figure: np.array([one[figure] for one in figures]) for figure in figures[0]},
+            np.concatenate(features),
+        )
 
 
 def _features(parts: Sequence[Flown]) -> Array:
     return np.concatenate([part.features for part in parts])
 
 
-def _unlike(ours: Array, shown: Array, itself: bool) -> float | None:
-    """How far from what was shown; of what was shown, one half from the other."""
-    if itself:
-        half = len(shown) // 2
-        ours, shown = shown[:half], shown[half:]
+def _chance(shown: Shown) -> float | None:
+    """How far one half of what was shown is from the other."""
+    half = len(shown.features) // 2
+    return _unlike(shown.features[:half], shown.features[half:])
+
+
+def _unlike(ours: Array, shown: Array) -> float | None:
     return inhomogeneity(ours, shown) if min(len(ours), len(shown)) else None

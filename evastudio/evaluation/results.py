@@ -102,7 +102,9 @@ class Comparison:
     worlds: int
     pilots: Mapping[str, Evaluation]
     like: str | None = None
-    """The pilot that the others should move like."""
+    """The pilot that the others should move like, or whose takes."""
+    chance: float | None = None
+    """How unlike one half of what that one did is to the other half."""
 
     def differences(self, ours: str, theirs: str) -> dict[str, Difference]:
         """The pilot `ours` less `theirs`, world by world, in each figure that both have."""
@@ -137,7 +139,8 @@ class Comparison:
                 unlike=one["unlike"],
                 decision_us=one["decision_us"],
             )
-        return cls(told["scene"], told["seed"], told["worlds"], pilots, told["like"])
+        like, chance = told["like"], told.get("chance")
+        return cls(told["scene"], told["seed"], told["worlds"], pilots, like, chance)
 
     def to_json(self) -> dict[str, Any]:
         """The figures, as JSON holds them; all but `decision_us` repeat exactly.
@@ -152,6 +155,7 @@ class Comparison:
             "seed": self.seed,
             "worlds": self.worlds,
             "like": self.like,
+            "chance": self.chance,
             "pilots": {name: one.to_json() for name, one in self.pilots.items()},
             "differences": [
                 {

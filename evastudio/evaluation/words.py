@@ -57,13 +57,25 @@ def label(figure: str) -> str:
 
 
 def in_words(result: Mapping[str, Any]) -> list[str]:
-    """A paragraph for each pair of pilots, from `Comparison.to_json()`."""
-    return [_pair(result["pilots"], found) for found in result["differences"]]
+    """A paragraph for each pair of pilots, from `Comparison.to_json()`, and one on likeness."""
+    told = [_pair(result["pilots"], found) for found in result["differences"]]
+    unlike = {name: one["unlike"] for name, one in result["pilots"].items()}
+    others = [
+        f"{name} by {_percent(value)}"
+        for name, value in unlike.items()
+        if value is not None and name != result["like"]
+    ]
+    if others and result.get("chance") is not None:
+        told.append(
+            f"How they move differs from {result['like']}: {_listed(others)}; chance alone gives "
+            f"{_percent(result['chance'])}, and 0 % is the same."
+        )
+    return told
 
 
 def _pair(pilots: Mapping[str, Any], found: Mapping[str, Any]) -> str:
     ours, theirs = found["pilots"]
-    rates = [f"{100.0 * pilots[name][SUCCESS]:.1f} %" for name in (ours, theirs)]
+    rates = [_percent(pilots[name][SUCCESS]) for name in (ours, theirs)]
     ending = found[SUCCESS]
     better, worse = (ours, theirs) if ending["difference"] > 0 else (theirs, ours)
     if _sure(ending):
@@ -96,6 +108,10 @@ def _figure(name: str, found: Mapping[str, Any]) -> str:
         return f"has {'less' if change < 0 else 'more'} in “{label(name)}” ({abs(change):.3g})"
     words = known.less if change < 0 else known.more
     return f"{words} ({abs(change) * known.scale:.3g} {known.unit})" if known.unit else words
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.1f} %"
 
 
 def _sure(found: Mapping[str, Any]) -> bool:

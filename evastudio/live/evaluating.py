@@ -13,6 +13,7 @@ from evastudio.errors import InvalidInputError
 from evastudio.evaluation import archive
 from evastudio.evaluation import pictures as drawing
 from evastudio.evaluation.cluster import on_cluster
+from evastudio.evaluation.evaluate import Shown
 from evastudio.evaluation.evaluate import evaluate as evaluate_pilots
 from evastudio.evaluation.results import Comparison
 from evastudio.evaluation.versions import versions
@@ -20,6 +21,7 @@ from evastudio.evaluation.words import in_words
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.compiled import ensure_compiled
 from evastudio.live.headless import make_scene
+from evastudio.live.likening import shown_in
 from evastudio.live.picturing import picture
 from evastudio.live.piloting import fingerprint, fitted_anew, load_pilot, scene_of
 from evastudio.workspace import Workspace
@@ -35,6 +37,7 @@ def evaluate(
     seed: int = 0,
     options: Mapping[str, float] | None = None,
     like: str | None = None,
+    like_session: int | str | None = None,
     jobs: int = 1,
     cluster: str | None = None,
     pictures: str | Path | None = None,
@@ -44,18 +47,27 @@ def evaluate(
     """Fly every policy (or scripted pilot) through the same `worlds` new worlds.
 
     The scene is the first policy's unless it is given. `like` is the pilot, one of them, that the
-    others should move like. The result is kept in the store, as `evaluation`. It is
-    flown in `jobs` processes of this machine, or on the Dask cluster at the address `cluster`;
-    the result is the same. Where a folder for `pictures` is named they are drawn into it.
+    others should move like, `like_session` a session whose kept takes they should. The result is
+    kept in the store, as `evaluation`. It is flown in `jobs` processes of this machine, or on the
+    Dask cluster at the address `cluster`; the result is the same. Where a folder for `pictures` is named they are drawn into it.
     """
     if pictures is not None:
         drawing.ready()
     if not policies:
         raise InvalidInputError("No policy was given; name at least one to evaluate.")
     place = make_scene(workspace, scene or scene_of(workspace, policies), options)
+    model: str | Shown | None = like
+    kept: dict[str, Any] | None = None
+    if like_session is not None:
+        if like is not None:
+            raise InvalidInputError(
+                f"They cannot be to move both like {like!r} and like session {like_session!r}; "
+                "choose one."
+            )
+        model, kept = shown_in(workspace, like_session, place)
     with on_cluster(cluster) as everywhere:
         many = jobs if cluster is None else everywhere
-        compared = _compare(workspace, place, policies, worlds, seed, like, many, progress)
+        compared = _compare(workspace, place, policies, worlds, seed, model, many, progress)
     asked = {
         "policies": {name: fingerprint(workspace, name) for name in policies},
         "scene": place.name,
@@ -63,6 +75,7 @@ def evaluate(
         "worlds": worlds,
         "seed": seed,
         "like": like,
+        "like_session": kept,
     }
     with Store(workspace.ready().store_url) as store:
         number = archive.save_evaluation(store, compared, asked, clock())
@@ -92,9 +105,11 @@ def repeat_evaluation(
     asked = record.asked
     place = make_scene(workspace, record.scene, asked["options"])
     names = list(asked["policies"])
-    after = _compare(
-        workspace, place, names, asked["worlds"], asked["seed"], asked["like"], jobs, progress
-    )
+    like: str | Shown | None = asked["like"]
+    kept = asked.get("like_session")
+    if kept is not None:
+        like, _ = shown_in(workspace, kept["id"], place, kept["takes"])
+    after = _compare(workspace, place, names, asked["worlds"], asked["seed"], like, jobs, progress)
     changed = [f"policy {name}" for name in fitted_anew(workspace, asked["policies"])]
     now = {**versions(), "scene": str(place.version)}
     then = {**record.versions, "scene": str(before.scene["version"])}
@@ -111,7 +126,7 @@ def _compare(
     policies: Sequence[str],
     worlds: int,
     seed: int,
-    like: str | None,
+    like: str | Shown | None,
     jobs: int,
     progress: Progress,
 ) -> Comparison:

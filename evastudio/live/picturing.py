@@ -13,6 +13,7 @@ from evastudio.errors import StorageError, not_found
 from evastudio.evaluation import archive
 from evastudio.evaluation import pictures as drawing
 from evastudio.evaluation.archive import EvaluationRecord
+from evastudio.evaluation.blaming import blaming
 from evastudio.evaluation.evaluate import MAX_STEPS
 from evastudio.evaluation.flight import Flight, Logbook
 from evastudio.evaluation.pictures import Curve, Rate
@@ -135,8 +136,9 @@ def flown(
     for done, (name, pilot) in enumerate(pilots.items()):
         progress(0.8 * done / len(pilots), f"{name}: once more through the first worlds")
         log = Logbook(scene)
-        roll_out(scene, pilot, seeds, max_steps=MAX_STEPS, watcher=log)
-        flights[name] = log.flights()
+        with blaming(scene, name):
+            roll_out(scene, pilot, seeds, max_steps=MAX_STEPS, watcher=log)
+            flights[name] = log.flights()
     first = {name: own[0] for name, own in flights.items()}
     ended = [bool(one.succeeded[0]) for one in compared.pilots.values()]
     figures = {

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import evastudio
-from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.demonstrations.store import Store
+from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
 from evastudio.workspace import Workspace
 
 OPTIONS = {"density": 3.0}
@@ -56,3 +57,31 @@ def test_what_cannot_be_evaluated_is_told(tmp_path: Path) -> None:
     with pytest.raises(NotFoundError, match="no evaluation 7"):
         evastudio.repeat_evaluation(workspace, 7)
     assert evastudio.evaluations(workspace) == []
+
+
+def test_pilots_are_compared_with_the_takes_of_a_session(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    evastudio.record(
+        workspace, "asteroids", "scripted:careful", 1.5, seed=1, options=OPTIONS, session="Calm"
+    )
+    told = evastudio.evaluate(
+        workspace,
+        ["scripted:careful", "straight"],
+        worlds=8,
+        seed=9,
+        options=OPTIONS,
+        like_session="Calm",
+    )
+    assert told["like"] == "the takes of “Calm”"
+    unlike = {name: one["unlike"] for name, one in told["policies"].items()}
+    assert unlike["scripted:careful"] < 0.03 < 0.1 < unlike["straight"]
+    assert told["says"][-1].startswith("How they move differs from the takes of “Calm”: ")
+    with Store(workspace.store_url) as store:
+        (first, *_) = store.takes(1)
+        store.trash_take(first.id, 0.0)
+    again = evastudio.repeat_evaluation(workspace, told["evaluation"])
+    assert again["same"], "it is made again from the takes it was made from"
+    with pytest.raises(ConflictError, match="of scene 'asteroids', and this is 'crowd'"):
+        evastudio.evaluate(workspace, ["crowd-shy"], worlds=2, like_session=1)
+    with pytest.raises(InvalidInputError, match="choose one"):
+        evastudio.evaluate(workspace, ["straight"], worlds=2, like_session=1, like="straight")

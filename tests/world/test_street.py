@@ -11,7 +11,7 @@ from evastudio.workspace import shipped
 from evastudio.world.check import check_file
 from evastudio.world.loading import load_scene_file
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import Snapshot
+from evastudio.world.snapshot import Snapshot, stack
 
 FILE = shipped() / "scenes" / "street.py"
 STREET = load_scene_file(FILE)
@@ -122,3 +122,42 @@ def test_faces_follow_feet_but_not_a_shuffle() -> None:
     assert abs(back[0, 0, 0]) < 0.5
     side = view.to_world(frame, np.array([[[-1.0, 1.0]]]))  # to 1 m/s to the left
     np.testing.assert_allclose(side[0, 0], [np.pi / 2, 1.0, 0.0], atol=1e-9)
+
+
+def lived(scene: Scene, snapshot: Snapshot, actions: np.ndarray) -> tuple[Snapshot, np.ndarray]:
+    """The moments of one world in which everybody acts as `actions` (steps, N, 3) say."""
+    moments = [snapshot]
+    for step in actions:
+        moments.append(scene.step(moments[-1], step[None]))
+    return stack(moments[:-1]), actions
+
+
+def test_touches_pace_and_detours_are_measured() -> None:
+    """Two walk straight by each other, one of them through a third, who stands."""
+    paths = np.zeros((30, 3, 2))
+    along = DT * np.arange(30)
+    paths[:, 0, 0] = along
+    paths[:, 1] = (5.0, 0.1)
+    paths[:, 2] = np.column_stack([11.6 - along, np.full(30, 6.0)])
+    ends = paths[-1] + (0.0, 3.0) * (np.arange(3) == 2)[:, None]
+    scene, start, actions = world(paths, ends)
+    moments, actions = lived(scene, start, actions)
+    told = scene.measures(moments, actions)
+    minutes = 3 * len(actions) * DT / 60
+    assert told["touches_per_minute"] == pytest.approx(2 / minutes)
+    assert told["metres_per_second"] == pytest.approx(2 / 3)
+    assert told["standing"] == pytest.approx(1 / 3)
+    closest = scene.clearance(moments)
+    assert closest.min() == pytest.approx(np.hypot(0.2, 0.1) - 0.3, abs=0.02)
+    assert (closest < scene.near_m).sum() in (2, 3)
+
+
+def test_a_way_round_is_a_detour_and_a_straight_one_is_none() -> None:
+    straight = np.column_stack([1.2 * DT * np.arange(40), np.zeros(40)])
+    bent = straight.copy()
+    bent[:, 1] = 4.0 * np.sin(np.linspace(0.0, np.pi, 40))
+    for path, expected in ((straight, 1.0), (bent, 1.11)):
+        scene, start, actions = world(path[:, None])
+        moments, actions = lived(scene, start, actions)
+        assert scene.measures(moments, actions)["detour"] == pytest.approx(expected, abs=0.03)
+    assert np.isnan(scene.measures(moments.take(slice(0, 3)), actions[:3])["detour"])

@@ -10,15 +10,20 @@ import { plural } from "./words.js";
 /** @type {Record<string, string>} */
 const KINDS = { own: "Your policies", shipped: "They come with the studio", program: "Programs" };
 
+/** What a session is called among those to be like. */
+const TAKES = "session:";
+
 /** What the form asks for. @param {Comparing} state */
 export function question({ scene, chosen, options }) {
+  const like = byId("like", HTMLSelectElement).value;
+  const takes = like.startsWith(TAKES) ? like.slice(TAKES.length) : null;
   return {
     scene: scene?.name ?? "",
     policies: chosen,
     options,
     worlds: byId("worlds", HTMLInputElement).valueAsNumber,
     seed: byId("seed", HTMLInputElement).valueAsNumber,
-    like: byId("like", HTMLSelectElement).value || null,
+    ...(takes ? { like_session: Number(takes) } : { like: like || null }),
   };
 }
 
@@ -73,6 +78,9 @@ export function asking(store, act) {
     const kept = like.value;
     const alike = [{ value: "", text: "Nobody" }];
     for (const name of state.chosen) alike.push({ value: name, text: name });
+    for (const { id, name, pairs } of state.sessions) {
+      if (pairs) alike.push({ value: `${TAKES}${id}`, text: `The takes of “${name}”` });
+    }
     fill(like, alike, alike.some(({ value }) => value === kept) ? kept : "");
     tell();
   });

@@ -23,6 +23,7 @@ const store = new Store({
   scene: null,
   pilots: [],
   chosen: [],
+  sessions: [],
   options: {},
   evaluations: [],
   evaluation: null,
@@ -85,9 +86,9 @@ async function chooseScene(name) {
   const scene = store.state.scenes.find((one) => one.name === name) ?? null;
   if (scene === null) return;
   localStorage.setItem(LAST_SCENE, name);
-  store.set({ scene, pilots: [], chosen: [], options: {}, evaluations: [] });
-  const [all] = await Promise.all([api.pilots(name), listEarlier()]);
-  if (store.state.scene === scene) store.set({ pilots: all });
+  store.set({ scene, pilots: [], chosen: [], sessions: [], options: {}, evaluations: [] });
+  const [all, known] = await Promise.all([api.pilots(name), api.sessions(name), listEarlier()]);
+  if (store.state.scene === scene) store.set({ pilots: all, sessions: known });
 }
 
 async function listEarlier() {

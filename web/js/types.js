@@ -48,6 +48,7 @@
  * @property {Scene | null} scene
  * @property {PilotEntry[]} pilots who can act in it
  * @property {string[]} chosen of those, in the order of choosing
+ * @property {Session[]} sessions whose takes they may be compared with
  * @property {Record<string, number>} options for the worlds
  * @property {EvaluationFound[]} evaluations earlier ones of the scene
  * @property {EvaluationFound | null} evaluation the one that is shown

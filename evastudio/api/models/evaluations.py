@@ -19,6 +19,8 @@ class EvaluateIn(Model):
     seed: Seed = 0
     like: Name | None = None
     """The one of them that the others should move like."""
+    like_session: int | None = None
+    """Or the session whose takes they should."""
 
 
 class EvaluationOut(Model):
