@@ -152,7 +152,7 @@ def report(costs: Costs, worlds: int, opening: str) -> str:
         f"| the work of a task | {1e3 * costs.task_s:,.0f} ms |",
         f"| a task that does nothing, there and back | {1e3 * costs.empty_s:.1f} ms |",
         f"| a megabyte that travels with a task | {1e9 * costs.byte_s:.1f} ms |",
-        f"| what travels once to each worker: scene and policy | {costs.once_bytes / 1e3:,.0f} KB |",
+        f"| what each worker is sent once: scene and policy | {costs.once_bytes / 1e3:,.0f} KB |",
         f"| what travels for a task of the evaluation | {costs.sent_bytes / 1e3:,.1f} KB there, "
         f"{costs.back_bytes / 1e3:,.0f} KB back |",
         "",

@@ -49,7 +49,8 @@ def evaluate(
     The scene is the first policy's unless it is given. `like` is the pilot, one of them, that the
     others should move like, `like_session` a session whose kept takes they should. The result is
     kept in the store, as `evaluation`. It is flown in `jobs` processes of this machine, or on the
-    Dask cluster at the address `cluster`; the result is the same. Where a folder for `pictures` is named they are drawn into it.
+    Dask cluster at the address `cluster`; the result is the same. Where a folder for `pictures` is
+    named they are drawn into it.
     """
     if pictures is not None:
         drawing.ready()
