@@ -45,13 +45,21 @@ def read_npz(data: bytes, most_bytes: int = MOST_BYTES) -> dict[str, AnyArray]:
             if sum(member.file_size for member in members) > most_bytes:
                 raise _bad(f"unpacked it is larger than {most_bytes // 1_000_000} MB")
             return {
-                member.filename.removesuffix(".npy"): _array(archive.read(member), member.filename)
+                member.filename.removesuffix(".npy"): _array(
+                    _unpacked(archive, member), member.filename
+                )
                 for member in members
             }
     except InvalidInputError:
         raise
     except Exception as error:  # zipfile raises a dozen kinds for what is no archive
         raise _bad(f"it cannot be unpacked ({type(error).__name__})") from None
+
+
+def _unpacked(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
+    """As much of `member` as it says it has: `archive.read` would unpack all that there is."""
+    with archive.open(member) as file:
+        return file.read(member.file_size)
 
 
 def _array(data: bytes, name: str) -> AnyArray:

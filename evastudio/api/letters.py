@@ -29,6 +29,8 @@ async def plain_text(connection: HTTPConnection) -> None:
         if len(data) > MOST_JSON_BYTES:
             most = MOST_JSON_BYTES // 1_000_000
             raise HTTPException(413, f"JSON may have {most} MB; send {NPZ}, or less at once.")
+        if not _is_plain(data):
+            raise InvalidInputError("The body is no JSON in UTF-8; send it so.")
         if _SUSPECT.search(data):
             try:
                 told = json.loads(data)
@@ -36,6 +38,14 @@ async def plain_text(connection: HTTPConnection) -> None:
                 return  # who reads the body says so
             for text in _texts(told):
                 _check(text)
+
+
+def _is_plain(data: bytes) -> bool:
+    """Whether that is UTF-8 without NUL, so that no reader takes it for another encoding."""
+    try:
+        return "\x00" not in data.decode("utf-8")
+    except UnicodeDecodeError:
+        return False
 
 
 def _flat(query: Any) -> Iterator[str]:
