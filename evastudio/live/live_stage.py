@@ -23,13 +23,13 @@ from evastudio.errors import ConflictError, StudioError
 from evastudio.learning.neighbor_learner import NeighborLearner
 from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
+from evastudio.live.picture import Picture, Show
 from evastudio.live.piloting import load_pilot
 from evastudio.live.reel import Reel
-from evastudio.live.stage import Frame, Stage
+from evastudio.live.stage import Stage
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.pilots.why import Reasoner, Why
 from evastudio.workspace import Workspace
-from evastudio.world.bodies import Camera
 from evastudio.world.rollout import Pilot
 from evastudio.world.scene import Scene, world_seeds
 from evastudio.world.snapshot import Snapshot
@@ -79,7 +79,7 @@ class LiveStage:
         self._told: tuple[Any, ...] = ()
         self._fault: str | None = None
         self._undrawn = False
-        self._watching: dict[Frame, Frame] = {}
+        self._watching: dict[Show, Show] = {}
         self._held: dict[object, frozenset[str]] = {}
         self._thread = threading.Thread(target=self._run, name=f"stage-{name}", daemon=True)
         self._thread.start()
@@ -153,7 +153,7 @@ class LiveStage:
         self._need_session()
         self.call(
             lambda: self._stage.demonstrate(
-                scene, self._stage.seed, time.monotonic(), time.time(), crowd, start, origin
+                scene, self._stage.run.seed, time.monotonic(), time.time(), crowd, start, origin
             )
         )
         self.refresh()
@@ -188,7 +188,7 @@ class LiveStage:
         """Look back at a take, or at the run that is on the stage."""
         self._fault = None
         if take is None:
-            reel = self._stage.reel
+            reel = self._stage.run.reel
         else:
             record = self._store.take(take)
             session = self._store.session(record.session)
@@ -336,16 +336,16 @@ class LiveStage:
 
         self._post(change)
 
-    def watch(self, show: Frame) -> None:
+    def watch(self, show: Show) -> None:
         """Call `show` on the stage's thread with what to draw, from now on until `unwatch`.
 
         It returns once the present frame was drawn. A frame that cannot be drawn is dropped:
         nobody's take ends for it. While nobody watches nothing is drawn.
         """
 
-        def drawn(snapshot: Snapshot, fresh: bool, camera: Camera) -> None:
+        def drawn(picture: Picture) -> None:
             try:
-                show(snapshot, fresh, camera)
+                show(picture)
             except Exception:  # scenes say what to draw, and scenes are other people's code
                 if not self._undrawn:
                     logger.exception("Stage %s cannot be drawn", self.name)
@@ -358,7 +358,7 @@ class LiveStage:
 
         self.call(begin)
 
-    def unwatch(self, show: Frame) -> None:
+    def unwatch(self, show: Show) -> None:
         """Call `show` no more; does not wait."""
         self._post(lambda: self._stage.on_frame.remove(self._watching.pop(show)))
 
@@ -479,7 +479,7 @@ class LiveStage:
         key = (
             stage.phase,
             stage.mode,
-            stage.seed,
+            stage.run.seed,
             stage.camera,
             stage.clock.pace,
             stage.looked_at,

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections import deque
 
+import numpy as np
+
 from evastudio.demonstrations.records import Origin, TakeData, TakeRecord
 from evastudio.pilots.why import Why
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
+from evastudio.world.spaces import Array
 
+LIFT = 0.06
+"""Metres above the ground at which the way of somebody who walks on it is drawn."""
 MOST_BYTES = 256 * 2**20
 """Of a longer run the beginning is forgotten."""
 
@@ -22,6 +27,7 @@ class Reel:
         self.origin = origin
         self._moments: deque[Snapshot] = deque()
         self._reasons: dict[int, Why] = {}
+        self._places: dict[int, Array] = {}
         self._forgotten = 0
         self._bytes = 0
 
@@ -42,6 +48,7 @@ class Reel:
         while self._bytes > MOST_BYTES and len(self._moments) > 2:
             self._bytes -= _bytes(self._moments.popleft())
             self._reasons.pop(self._forgotten, None)
+            self._places.pop(self._forgotten, None)
             self._forgotten += 1
 
     def note(self, why: Why | None) -> None:
@@ -72,6 +79,13 @@ class Reel:
         """As it was at that step, or the nearest one that is remembered."""
         return self._moments[min(max(step, self.first), self.last) - self._forgotten]
 
+    def place(self, step: int) -> Array:
+        """Where the lead was at that step, (3,), metres."""
+        known = self._places.get(step)
+        if known is None:
+            known = self._places[step] = places_of(self.scene, self.moment(step))[0]
+        return known
+
     def shown(self, position: float) -> Snapshot:
         """As it looked at `position`, in steps: between two moments as a view drew it."""
         position = min(max(position, self.first), self.last)
@@ -83,6 +97,12 @@ class Reel:
     def origin_at(self, step: int) -> Origin:
         """How a take that goes on from that step says where it came from."""
         return self.origin.later(step)
+
+
+def places_of(scene: Scene, worlds: Snapshot) -> Array:
+    """Where the lead is in each of `worlds`, (worlds, 3), metres."""
+    at = scene.whereabouts(worlds)
+    return at if at.shape[1] == 3 else np.c_[at, np.full(len(at), LIFT)]
 
 
 def _bytes(moment: Snapshot) -> int:

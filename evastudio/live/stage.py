@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import RECORDED, Origin
@@ -11,17 +10,19 @@ from evastudio.errors import ConflictError, InvalidInputError, not_found
 from evastudio.live.actors import Actors, begun
 from evastudio.live.clock import Clock
 from evastudio.live.inputs import HeldKeys
+from evastudio.live.picture import Picture, Show
 from evastudio.live.reel import Reel
 from evastudio.live.review import Review
+from evastudio.live.run import Run
 from evastudio.live.sight import Pointer, Sight
+from evastudio.live.sketch import Trail
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.pilots.why import Reasoner, Why
-from evastudio.world.bodies import Camera
-from evastudio.world.cast import LEAD, led_by, of_lead
+from evastudio.world.bodies import Line
+from evastudio.world.cast import of_lead
 from evastudio.world.rollout import Pilot
-from evastudio.world.scene import Percept, Scene
+from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
-from evastudio.world.spaces import Array, Symbols
 
 COUNTDOWN_S = 3.0
 PACES = (0.25, 1.0)
@@ -29,9 +30,6 @@ PACES = (0.25, 1.0)
 FEW = 1000
 """Among so many characters what a pilot chose for the lead is told; among more it would cost a
 second look at all of them."""
-
-Frame = Callable[[Snapshot, bool, Camera], None]
-"""Called with the snapshot to draw, whether its world is a new one, and where it is seen from."""
 
 
 class Stage:
@@ -42,25 +40,19 @@ class Stage:
     monotonic clock, `wall` seconds since the epoch.
     """
 
-    _before: Snapshot
-    """The world before the latest decision, which drawing comes from."""
-    _after: Snapshot
-
     def __init__(self, scene: Scene, seed: int, now: float) -> None:
         self.scene = scene
         self.recorder: Recorder | None = None
-        self.on_frame: list[Frame] = []
+        self.on_frame: list[Show] = []
         self.phase = Phase.READY
         self.mode: Mode | None = None
-        self.seed = seed
         self.clock = Clock(scene.dt_s, now)
+        self.run = Run.new(scene, seed)
         self._actors = Actors(scene)
         self._sight = Sight()
-        self._lead = 0
-        self._percept: Percept | None = None
+        self._trail = Trail()
         self._chose: str | None = None
-        self._judged: tuple[Snapshot | None, int] = (None, 0)
-        self._enter(seed)
+        self._fresh = True
         self._review: Review | None = None
         self._next_frame = now
         self._countdown_ends = now
@@ -94,8 +86,11 @@ class Stage:
             raise ConflictError("There is no session to record into. Choose or make one first.")
         memory = {} if others is None else begun(others, scene, seed)
         self.end_take(wall)
-        self._set_scene(scene)
-        self._enter(seed, start, origin)
+        if start is None or origin is None:
+            run = Run.new(scene, seed, self.run.lead or 0)
+        else:
+            run = Run.fork(scene, seed, start, origin)
+        self._enter(run)
         self._actors.enter(others=others, memory=memory)
         self.mode, self.phase = Mode.DEMONSTRATE, Phase.COUNTDOWN
         self._countdown_ends = now + COUNTDOWN_S
@@ -112,11 +107,8 @@ class Stage:
         """`pilot` acts alone in a new world; nothing is recorded. `reasoner` tells why it does."""
         memory = begun(pilot, scene, seed)
         self.end_take(wall)
-        self._set_scene(scene)
-        self._enter(seed)
+        self._enter(Run.new(scene, seed, self.run.lead or 0, pilot.name))
         self._actors.enter(pilot, memory=memory, reasoner=reasoner)
-        self.reel = Reel(scene, Origin(0, policy=pilot.name, seed=seed))
-        self.reel.add(self._after)
         self.mode, self.phase = Mode.PLAY, Phase.PLAYING
         self._start_clock(now)
 
@@ -161,8 +153,8 @@ class Stage:
             raise ConflictError("There is no session to record into. Choose or make one first.")
         self._actors.take_over()
         self.mode, self.phase = Mode.CORRECT, Phase.RECORDING
-        origin = self.reel.origin_at(self._steps_here)
-        self.recorder.begin(self.scene, self._after, RECORDED, "person", wall, origin)
+        origin = self.run.reel.origin_at(self.run.steps)
+        self.recorder.begin(self.scene, self.run.after, RECORDED, "person", wall, origin)
 
     def hand_back(self, wall: float) -> None:
         """What played before goes on from here; the correction is a take of its own."""
@@ -175,14 +167,17 @@ class Stage:
 
     # -- looking back --------------------------------------------------------------------------
 
-    def review(self, reel: Reel, at: float, now: float, wall: float) -> None:
-        """Look back at a run, from step `at` on; a running take is kept as it is."""
+    def review(
+        self, reel: Reel, at: float, now: float, wall: float, seed: int | None = None
+    ) -> None:
+        """Look back at a run, from step `at` on, in the world of `seed` where that is another.
+
+        A running take is kept as it is.
+        """
         self.end_take(wall)
-        self._set_scene(reel.scene)
-        self.reel, self._review = reel, Review(reel, at, now)
+        self._enter(Run(reel.scene, self.run.seed if seed is None else seed, reel))
+        self._review = Review(reel, at, now)
         self.mode, self.phase = Mode.REVIEW, Phase.REVIEWING
-        self._sight.forget()
-        self._fresh = True
         self._look()
 
     def seek(self, at: float, now: float) -> None:
@@ -196,8 +191,7 @@ class Stage:
 
     def here(self) -> tuple[Snapshot, Origin]:
         """The moment that one looks at, or the present one, and where it is from."""
-        step = self._steps_here if self._review is None else self._review.step
-        return self.reel.moment(step), self.reel.origin_at(step)
+        return self.run.after, self.run.reel.origin_at(self.run.steps)
 
     @property
     def reasoner(self) -> Reasoner | None:
@@ -206,8 +200,7 @@ class Stage:
 
     def why(self) -> Why | None:
         """What the decision that one looks at came from, or the latest one."""
-        step = self._steps_here if self._review is None else self._review.step
-        return self.reel.why(min(step, self.reel.last - 1))
+        return self.run.reel.why(min(self.run.steps, self.run.reel.last - 1))
 
     def _looking_back(self) -> Review:
         if self._review is None:
@@ -215,9 +208,7 @@ class Stage:
         return self._review
 
     def _look(self) -> None:
-        self._steps_here = self._looking_back().step
-        self._before = self._after = self.reel.moment(self._steps_here)
-        self._percept = None
+        self.run.look(self._looking_back().step)
         self._next_frame = 0.0
 
     # -- whom and from where -------------------------------------------------------------------
@@ -237,7 +228,7 @@ class Stage:
             raise ConflictError("Nothing moves at the moment. Demonstrate or play first.")
         found, place = known[name], None
         if found.place is not None:
-            place = self._sight.pointed_at(pointer, self.scene, self._after)
+            place = self._sight.pointed_at(pointer, self.scene, self.run.after)
         self._actors.give(found, place)
 
     def look_through(self, camera: str | None = None) -> None:
@@ -245,7 +236,7 @@ class Stage:
 
         Raises NotFoundError.
         """
-        self._sight.choose(camera, self.scene, self._after)
+        self._sight.choose(camera, self.scene, self.run.after)
         self._next_frame = 0.0
 
     def lead_another(self) -> None:
@@ -257,10 +248,7 @@ class Stage:
             raise ConflictError("There is one character only.")
         if self._recording:
             raise ConflictError("A take is about one character. Stop it, then choose another.")
-        self._lead = (self._lead + 1) % self.scene.characters[0]
-        self._before = led_by(self._before, self._lead)
-        self._after = led_by(self._after, self._lead)
-        self._percept = None
+        self.run.led_by(((self.run.lead or 0) + 1) % self.scene.characters[0])
         self._next_frame = 0.0
 
     def discard(self, wall: float) -> bool:
@@ -322,15 +310,14 @@ class Stage:
 
     def status(self, now: float) -> Status:
         counting, review = self.phase is Phase.COUNTDOWN, self._review
-        code = self._outcome()
-        outcome = self.scene.outcomes[code] if code else None
+        run, outcome, why = self.run, self.run.outcome, self.why()
         return Status(
             phase=self.phase,
             mode=self.mode,
             countdown_s=max(0.0, self._countdown_ends - now) if counting else 0.0,
             pairs=self.recorder.pairs if self.recorder is not None else 0,
-            seconds=self._steps_here * self.scene.dt_s,
-            progress=float(self.scene.progress(self._after)[0]),
+            seconds=run.steps * self.scene.dt_s,
+            progress=float(self.scene.progress(run.after)[0]),
             outcome=outcome,
             success=None if outcome is None else outcome in self.scene.successes,
             can_undo=self.recorder is not None and self.recorder.can_undo,
@@ -338,19 +325,19 @@ class Stage:
             steps=self.clock.steps,
             pace=self.clock.pace,
             position_s=None if review is None else review.seconds,
-            length_s=self.reel.last * self.scene.dt_s,
+            length_s=run.reel.last * self.scene.dt_s,
             speed=0.0 if review is None else review.speed,
-            take=None if review is None else self.reel.origin.take,
+            take=None if review is None else run.reel.origin.take,
             drift_s=self.clock.drift_s,
             policy=self._actors.playing,
             others=None if self._actors.others is None else self._actors.others.name,
-            familiarity=None if (why := self.why()) is None else why.familiarity,
+            familiarity=None if why is None else why.familiarity,
             decision=self.decision,
             decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
-            lead=self._lead if self.scene.characters else None,
+            lead=run.lead,
             camera=self.camera,
-            cameras=self._sight.names(self.scene, self._after),
-            seed=self.seed,
+            cameras=self._sight.names(self.scene, run.after),
+            seed=run.seed,
             options=dict(self.scene.values),
             problem=None if self.recorder is None else self.recorder.problem,
         )
@@ -358,32 +345,33 @@ class Stage:
     @property
     def snapshot(self) -> Snapshot:
         """The world after the latest decision."""
-        return self._after
+        return self.run.after
 
     @property
     def looked_at(self) -> tuple[int | None, float, float] | None:
         """Take, position and speed of the look back, None where there is none."""
-        review = self._review
-        return None if review is None else (self.reel.origin.take, review.position, review.speed)
+        review, take = self._review, self.run.reel.origin.take
+        return None if review is None else (take, review.position, review.speed)
 
     @property
     def forked_from(self) -> tuple[Snapshot, Origin] | None:
         """Where the present run goes on from, None where it began in a world of its own."""
-        return None if self._origin is None else (self.reel.moment(0), self._origin)
+        run = self.run
+        return None if run.origin is None else (run.reel.moment(0), run.origin)
 
     @property
     def camera(self) -> str:
         """Name of the scene's camera that it is seen from."""
-        return self._sight.name(self.scene, self._after)
+        return self._sight.name(self.scene, self.run.after)
 
     @property
     def decision(self) -> str | None:
         """See `Status.decision`."""
         if self.phase is Phase.PLAYING:
             return self._chose
-        if self.phase is not Phase.RECORDING or not self._decides_symbols:
+        if self.phase is not Phase.RECORDING or not self.run.decides_symbols:
             return None
-        return self._symbol(self.keys.foresee(*self.clock.interval))
+        return self.run.symbol(self.keys.foresee(*self.clock.interval))
 
     # -- inside --------------------------------------------------------------------------------
 
@@ -401,102 +389,58 @@ class Stage:
         paused = self.phase is Phase.PAUSED and self._before_pause is Phase.RECORDING
         return paused or self.phase is Phase.RECORDING
 
-    def _perceived(self) -> Percept:
-        """What everybody perceives now under the scene's first perception."""
-        if self._percept is None:
-            self._percept = self.scene.perception().perceive(self._after)
-        return self._percept
-
-    @property
-    def _decides_symbols(self) -> bool:
-        return isinstance(self.scene.chosen(self.scene.perception()), Symbols)
-
-    def _outcome(self) -> int:
-        """The code of how the world stands; found once for each moment."""
-        moment, code = self._judged
-        if moment is not self._after:
-            code = int(self.scene.outcome(self._after)[0])
-            self._judged = (self._after, code)
-        return code
-
-    def _symbol(self, actions: Array) -> str | None:
-        """What `actions` (1, m) of the lead come to, by name; None where that is no symbol."""
-        view = self.scene.perception()
-        chosen = self.scene.chosen(view)
-        if not isinstance(chosen, Symbols) or not view.applies(self._after)[0]:
-            return None
-        frame = of_lead(self._after, self._perceived().frame)
-        code = view.to_own(frame, self.scene.action.clip(actions))
-        return chosen.names[int(code[0, 0])]
-
-    def _set_scene(self, scene: Scene) -> None:
-        self.scene = scene
-        self._actors = Actors(scene)
-        self._review = None
-
-    def _enter(
-        self, seed: int, start: Snapshot | None = None, origin: Origin | None = None
-    ) -> None:
-        self.seed = seed
-        if start is None:
-            if self.scene.characters:
-                self._lead %= self.scene.characters[0]
-            start = led_by(self.scene.worlds([seed]), self._lead)
-        elif self.scene.characters:
-            self._lead = int(start[LEAD][0])
-        self._before = self._after = start
-        self._origin = origin
-        self.reel = Reel(self.scene, origin or Origin(0, seed=seed))
-        self.reel.add(start)
-        self._fresh = True
-        self._steps_here = 0
-        self._actors.enter()
+    def _enter(self, run: Run) -> None:
+        self.run, self.scene, self._review = run, run.scene, None
+        self._actors = Actors(run.scene)
         self._sight.forget()
-        self._percept = self._chose = None
+        self._fresh = True
+        self._chose = None
 
     def _rest(self) -> None:
         self.phase, self.mode = Phase.READY, None
-        self._review = None
-        self._enter(self.seed)
-        self.keys.center()
+        self._enter(Run.new(self.scene, self.run.seed, self.run.lead or 0))
 
     def _start_clock(self, now: float) -> None:
         self.clock.start(now)
-        self._before = self._after
+        self.run.stand()
 
     def _begin_take(self, wall: float) -> None:
         if self.recorder is not None:
-            seed = self.seed if self._origin is None else RECORDED
-            self.recorder.begin(self.scene, self._after, seed, "person", wall, self._origin)
+            run = self.run
+            self.recorder.begin(run.scene, run.after, run.take_seed, "person", wall, run.origin)
 
     def _step(self, wall: float) -> None:
-        few = math.prod(self.scene.characters) <= FEW
-        if self.phase is Phase.PLAYING and few:
-            self.reel.note(self._actors.why(self._after))
-        actions = self._actors.decide(self._after, self.clock.interval)
+        run = self.run
+        told = self.phase is Phase.PLAYING and math.prod(self.scene.characters) <= FEW
+        if told:
+            run.reel.note(self._actors.why(run.after))
+        actions = self._actors.decide(run.after, self.clock.interval)
         if self.phase is Phase.RECORDING and self.recorder is not None:
-            states = of_lead(self._after, self._perceived().states)
-            self.recorder.add(states, actions, self._after)
-        if self.phase is Phase.PLAYING and few:
-            self._chose = self._symbol(of_lead(self._after, actions))
-        self._before, self._after = self._after, self.scene.step(self._after, actions)
-        self._percept = None
-        self._steps_here += 1
-        self.reel.add(self._after)
-        code = self._outcome()
-        if code:
+            self.recorder.add(run.states(), actions, run.after)
+        if told:
+            self._chose = run.symbol(of_lead(run.after, actions))
+        run.step(actions)
+        if run.outcome is not None:
             if self.recorder is not None:
-                self.recorder.end(self.scene.outcomes[code], wall)
+                self.recorder.end(run.outcome, wall)
             self.phase = Phase.ENDED
             self.keys.center()
 
     def _draw(self, now: float) -> None:
-        snapshot = self._after
+        run = self.run
+        snapshot = run.after
         if self._running:
-            snapshot = self.scene.interpolate(self._before, self._after, self.clock.share(now))
+            snapshot = self.scene.interpolate(run.before, run.after, self.clock.share(now))
         elif self._review is not None:
             snapshot = self._review.picture
         camera = self._sight.draw(self.scene, snapshot)
+        picture = Picture(snapshot, self._fresh, camera, self._lines())
         for show in self.on_frame:
-            show(snapshot, self._fresh, camera)
+            show(picture)
         self._fresh = False
+
+    def _lines(self) -> tuple[Line, ...]:
+        """The way it came, while it plays and looking back at it."""
+        if self.phase in (Phase.PLAYING, Phase.REVIEWING) or self.mode is Mode.PLAY:
+            return (self._trail.drawn(self.run),)
+        return ()

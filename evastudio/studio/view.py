@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import threading
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from starlette.websockets import WebSocket
 
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.studio.air import HORIZON_MOVES, backdrop, horizon, set_air
+from evastudio.studio.lines import drawn
 from evastudio.studio.mounted import Point, mounted_viser
 from evastudio.studio.node import Node, checked
-from evastudio.world.bodies import Camera
+from evastudio.world.bodies import Camera, Line
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
 
@@ -33,6 +36,7 @@ class View:
             dark_mode=True, show_logo=False, show_share_button=False, control_width="small"
         )
         self._nodes: dict[str, Node] = {}
+        self._lines: dict[str, tuple[Line, Any]] = {}
         self._camera: tuple[Point, Point, Point] | None = None
         self._horizon = -1.0
         self._drawing = threading.Lock()
@@ -57,10 +61,12 @@ class View:
         snapshot: Snapshot,
         fresh: bool = False,
         camera: Camera | None = None,
+        lines: Sequence[Line] = (),
     ) -> None:
         """Draw the first world of `snapshot`; `fresh` where it is not the world shown before.
 
-        It is seen from `camera`, or from the scene's own where none is given.
+        `lines` are drawn over it; one that is the same object as before is not sent again. It is
+        seen from `camera`, or from the scene's own where none is given.
 
         Pose and camera of a frame reach each browser together. The camera is left alone while
         the scene keeps it still, so that a person can look around in a world at rest. Raises
@@ -82,6 +88,7 @@ class View:
                         mesh = self._meshes[body.mesh]
                         self._nodes[body.name] = Node(self._server, body.name, mesh)
                     self._nodes[body.name].draw(placed)
+                self._draw_lines(lines)
                 for name in self._nodes.keys() - {body.name for body in bodies}:
                     self._nodes.pop(name).remove()
                 if fresh or seen_from != self._camera:
@@ -89,6 +96,16 @@ class View:
                     self._camera = seen_from
                     self._set_sky(horizon(*seen_from[:2]))
             self._server.flush()
+
+    def _draw_lines(self, lines: Sequence[Line]) -> None:
+        for name in self._lines.keys() - {line.name for line in lines}:
+            self._lines.pop(name)[1].remove()
+        for line in lines:
+            known = self._lines.get(line.name)
+            if known is None or known[0] is not line:
+                if known is not None:
+                    known[1].remove()
+                self._lines[line.name] = (line, drawn(self._server, line))
 
     def _set_sky(self, at: float) -> None:
         """Let the sky end at that horizon, where there is a sky and it has moved visibly."""

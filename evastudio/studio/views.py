@@ -9,9 +9,8 @@ from starlette.websockets import WebSocket
 
 from evastudio.errors import StudioError
 from evastudio.live.live_stage import LiveStage
+from evastudio.live.picture import Picture
 from evastudio.studio.view import View
-from evastudio.world.bodies import Camera
-from evastudio.world.snapshot import Snapshot
 
 
 class Views:
@@ -73,7 +72,7 @@ class _Shown:
                 with contextlib.suppress(StudioError):  # the stage was closed meanwhile
                     self._stage.unwatch(self._show)
 
-    def _show(self, snapshot: Snapshot, fresh: bool, camera: Camera) -> None:
+    def _show(self, picture: Picture) -> None:
         """On the stage's thread."""
         self.view.scene = self._stage.scene  # it may be the same with other options by now
-        self.view.show(snapshot, fresh, camera)
+        self.view.show(picture.snapshot, picture.fresh, picture.camera, picture.lines)

@@ -50,6 +50,20 @@ class Body:
     """Shape (N, 3), sRGB, in place of the mesh's colour; not for a mesh that glows."""
 
 
+@dataclass(frozen=True)
+class Line:
+    """A way drawn into a world: from point to point, as wide on the screen wherever it is."""
+
+    name: str
+    """Unique among the lines of a picture."""
+    points: NDArray[np.float32]
+    """Shape (N, 3), metres."""
+    colors: NDArray[np.uint8]
+    """Shape (N, 3), sRGB, of each point."""
+    pixels: float = 3.0
+    """How wide."""
+
+
 FIELD_OF_VIEW = np.radians(60.0)
 """Of every view, from its lower to its upper edge."""
 

@@ -88,11 +88,11 @@ def test_any_moment_of_a_take_is_the_start_of_another(
 def test_a_look_back_goes_on_at_any_speed_and_stops_at_the_ends(stage: Stage, scene: Scene) -> None:
     stage.play(scene, StraightPilot(), 9, 0.0, 0.0)
     now = run(stage, 0.0, 3.02)
-    steps = stage.reel.last
+    steps = stage.run.reel.last
     assert steps == 45
-    stage.review(stage.reel, float(steps), now, 0.0)
+    stage.review(stage.run.reel, float(steps), now, 0.0)
     shown: list[float] = []
-    stage.on_frame.append(lambda snapshot, *_: shown.append(float(snapshot["position"][0, 0])))
+    stage.on_frame.append(lambda picture: shown.append(float(picture.snapshot["position"][0, 0])))
     stage.roll(-2.0, now)
     now = run(stage, now, 1.0)
     position = stage.status(now).position_s
@@ -114,9 +114,9 @@ def test_a_long_run_forgets_its_beginning(
     monkeypatch.setattr(reels, "MOST_BYTES", 1000)
     stage.play(scene, StraightPilot(), 9, 0.0, 0.0)
     run(stage, 0.0, 3.02)
-    assert stage.reel.first > 0
-    assert stage.reel.last == 45
-    assert stage.reel.moment(0) is stage.reel.moment(stage.reel.first)
+    assert stage.run.reel.first > 0
+    assert stage.run.reel.last == 45
+    assert stage.run.reel.moment(0) is stage.run.reel.moment(stage.run.reel.first)
 
 
 def test_taking_over_is_a_take_of_its_own_and_handing_back_goes_on(
@@ -136,7 +136,7 @@ def test_taking_over_is_a_take_of_its_own_and_handing_back_goes_on(
     stage.hand_back(0.0)
     assert stage.phase is Phase.PLAYING
     run(stage, now, 1.0)
-    assert stage.reel.last == 60
+    assert stage.run.reel.last == 60
     stage.stop(0.0)
     ((correction, data),) = taken(store, stage)
     assert correction.origin == Origin(30, policy=pilot.name, seed=9)

@@ -10,6 +10,7 @@ import pytest
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError
+from evastudio.live.picture import Picture
 from evastudio.live.stage import COUNTDOWN_S, Stage
 from evastudio.live.status import Phase
 from evastudio.pilots.straight import StraightPilot
@@ -186,9 +187,9 @@ def test_drawing_moves_evenly_between_decisions(stage: Stage, scene: Scene) -> N
     seen: list[float] = []
     fresh: list[bool] = []
 
-    def show(snapshot: object, new: bool, *_: object) -> None:
-        seen.append(float(snapshot["position"][0, 0]))  # type: ignore[index]
-        fresh.append(new)
+    def show(picture: Picture) -> None:
+        seen.append(float(picture.snapshot["position"][0, 0]))
+        fresh.append(picture.fresh)
 
     stage.on_frame.append(show)
     stage.play(scene, StraightPilot(), 9, 0.0, 0.0)

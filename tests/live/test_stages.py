@@ -64,7 +64,7 @@ def test_a_closed_stage_refuses_and_does_not_hang(stages: Stages) -> None:
 def test_a_stage_is_drawn_only_while_somebody_watches(stages: Stages) -> None:
     stage = stages.open("asteroids", seed=1)
     moments: list[int] = []
-    stage.watch(show := lambda snapshot, fresh, camera: moments.append(int(snapshot["steps"][0])))
+    stage.watch(show := lambda picture: moments.append(int(picture.snapshot["steps"][0])))
     assert moments == [0]
     stage.unwatch(show)
     stage.play("straight")
