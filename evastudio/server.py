@@ -32,6 +32,10 @@ from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.live.jobs import Job, Jobs
 from evastudio.live.stages import Stages
 from evastudio.live.tokens import Role, Tokens
+from evastudio.observing.health import Health
+from evastudio.observing.metrics import CONTENT_TYPE, Metrics
+from evastudio.observing.requests import Requests
+from evastudio.observing.store_times import watch_store
 from evastudio.settings import Settings
 from evastudio.studio.client import client_page
 from evastudio.studio.views import Views
@@ -54,6 +58,8 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     workspace = settings.workspace.ready()
     store = Store(workspace.store_url)
     views = Views()
+    metrics = Metrics()
+    watch_store(store.engine, metrics.store_took)
 
     @contextlib.asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -61,6 +67,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         context: Context
 
         def job_changed(job: Job) -> None:
+            metrics.job_changed(job)
             with contextlib.suppress(RuntimeError):  # the loop is closing
                 loop.call_soon_threadsafe(tell_job, job)
 
@@ -71,6 +78,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         context = Context(workspace, store, Jobs(job_changed), Stages(workspace, store))
         context.stage_closed.append(views.close)
         app.state.context = context
+        metrics.look_at(context.stages, context.jobs, lambda: context.messages_waiting)
         compiler = None
         if not is_compiled():
             compiler = subprocess.Popen([sys.executable, "-m", "evastudio.learning.kernels.warm"])
@@ -132,11 +140,17 @@ def create_app(settings: Settings, port: int) -> FastAPI:
             return
         await views.handle(found, websocket, heard=visitor.role is Role.AUTHOR)
 
+    @app.get("/metrics", include_in_schema=False)
+    async def tell_metrics() -> Response:
+        return Response(metrics.told(), media_type=CONTENT_TYPE)
+
     app.mount("/web", StaticFiles(directory=web), name="web")
     people = People(settings.token, Tokens(store))
     app.state.people = people
     door = Door(settings.host, port, settings.public_url)
     app.add_middleware(Guard, door=door, people=people)
+    app.add_middleware(Requests, metrics=metrics)
+    app.add_middleware(Health, ask=store.ask)
     return app
 
 
@@ -155,6 +169,8 @@ def serve(settings: Settings, announce: Callable[[str], None]) -> None:
         raise
     shown = "127.0.0.1" if settings.host in {"0.0.0.0", "::"} else settings.host
     base = settings.public_url or f"http://{f'[{shown}]' if ':' in shown else shown}:{port}"
+
+    settings.logs.begin()
 
     def listening() -> None:
         announce(f"{base}/?token={settings.token}")
@@ -177,6 +193,7 @@ def configured(app: FastAPI, settings: Settings) -> uvicorn.Config:
     """How uvicorn serves `app`."""
     return uvicorn.Config(
         app,
+        log_config=None,
         log_level="warning",
         access_log=False,
         server_header=False,

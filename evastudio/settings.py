@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from urllib.parse import urlsplit
 
 from evastudio.errors import InvalidInputError
+from evastudio.logs import Logs
 from evastudio.workspace import Workspace
 
 DEFAULT_PORT = 8400
@@ -29,6 +30,8 @@ class Settings:
     """Addresses of proxies whose X-Forwarded-For is believed, with commas between, or None."""
     browser: bool = True
     """Open the page once the server listens."""
+    logs: Logs = field(default_factory=Logs)
+    """How it writes what happens."""
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:

@@ -8,10 +8,10 @@ from pathlib import Path
 import evastudio
 
 ORDER = ["world", "motion", "demonstrations", "learning", "pilots", "evaluation", "live"]
-FACES = ["studio", "api"]
+FACES = ["studio", "api", "observing"]
 DOOR = "cli"
 """The command line may use everything."""
-GROUND = {"errors", "workspace", "settings"}
+GROUND = {"errors", "logs", "workspace", "settings"}
 """Modules at the top level that know nothing of the rooms."""
 SCREENS = {"viser", "fastapi", "starlette", "uvicorn", "webbrowser"}
 

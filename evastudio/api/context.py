@@ -30,6 +30,8 @@ class Context:
     stages: Stages
     stage_closed: list[Callable[[str], None]] = field(default_factory=list)
     job_listeners: set[Callable[[Job], None]] = field(default_factory=set)
+    outgoing: set[asyncio.Queue[Any]] = field(default_factory=set)
+    """What waits to be sent to each page."""
     attendances: dict[str, Attendance] = field(default_factory=dict)
     """By the stage's name."""
     shelf: Shelf = field(init=False)
@@ -43,6 +45,11 @@ class Context:
         self.worlds = Worlds(self.workspace, self.store)
         self.job_feed = JobFeed(self.jobs.all)
         self.job_listeners.add(self.job_feed.tell)
+
+    @property
+    def messages_waiting(self) -> int:
+        """How many messages wait to be sent to pages."""
+        return sum(queue.qsize() for queue in self.outgoing)
 
     def background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run `work` on the event loop, and keep it alive until it is done."""

@@ -22,6 +22,7 @@ from evastudio.errors import (
     StorageError,
     StudioError,
 )
+from evastudio.logs import request_id
 
 logger = logging.getLogger(__name__)
 
@@ -34,6 +35,7 @@ PROBLEM: Mapping[str, Any] = {
         "title": {"type": "string"},
         "status": {"type": "integer", "minimum": 400, "maximum": 599},
         "detail": {"type": "string"},
+        "request": {"type": "string", "description": "Its X-Request-ID, which the log tells too."},
     },
     "required": ["type", "title", "status", "detail"],
 }
@@ -71,7 +73,14 @@ def problem(error: StudioError) -> dict[str, object]:
 def problem_response(status: int, title: str, detail: str) -> Response:
     """One problem as the body of a response."""
     told = detail.encode("utf-8", "backslashreplace").decode()  # half a letter can be in a name
-    body = {"type": "about:blank", "title": title, "status": status, "detail": told}
+    body: dict[str, object] = {
+        "type": "about:blank",
+        "title": title,
+        "status": status,
+        "detail": told,
+    }
+    if (request := request_id.get()) is not None:
+        body["request"] = request
     return JSONResponse(body, status_code=status, media_type=MEDIA_TYPE)
 
 

@@ -124,6 +124,7 @@ class Drive:
             self._attendance.came()
         self._stage.on_status.append(self._told_status)
         self._studio.job_listeners.add(self._told_job)
+        self._studio.outgoing.add(self._out)
         tasks = [
             asyncio.create_task(work)
             for work in (self._receive(), self._send(), self._perform_all())
@@ -138,6 +139,7 @@ class Drive:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             self._studio.job_listeners.discard(self._told_job)
+            self._studio.outgoing.discard(self._out)
             self._stage.on_status.remove(self._told_status)
             if self._attendance is not None:
                 with contextlib.suppress(StudioError):  # the stage was closed meanwhile

@@ -12,6 +12,7 @@ from evastudio.cli.app import app
 from evastudio.cli.options import HERE, JsonFlag, StoreOption, WorkspaceOption
 from evastudio.cli.showing import show
 from evastudio.errors import InvalidInputError
+from evastudio.logs import Form, Level, Logs
 from evastudio.settings import DEFAULT_PORT, Settings
 from evastudio.workspace import Workspace
 
@@ -34,6 +35,10 @@ def studio(
         str | None, typer.Option(help="Address of that proxy, whose X-Forwarded-For is believed.")
     ] = None,
     browser: Annotated[bool, typer.Option(help="Open the page in a browser.")] = True,
+    log_format: Annotated[Form, typer.Option(help="How events are written to stderr.")] = Form.TEXT,
+    log_level: Annotated[
+        Level, typer.Option(help="Events below it are not; requests are of level info.")
+    ] = Level.WARNING,
     json_output: JsonFlag = False,
 ) -> None:
     """Open the studio: serve the page and print its address."""
@@ -47,6 +52,7 @@ def studio(
         public_url=public_url,
         behind_proxy=behind_proxy,
         browser=browser,
+        logs=Logs(log_format, log_level),
         **given,
     )
 

@@ -103,6 +103,7 @@ class Recorder:
         self._due = False
         self._closing_at: float | None = None
         self._calls: list[Callable[[], None]] = []
+        self._kept = self._written = 0
         self._take: _Running | None = None
         self._last: _Running | None = None
         self._thrown: _Running | None = None
@@ -120,6 +121,11 @@ class Recorder:
         place = self._spill.place
         where = "in memory" if place is None else f"in the file {str(place)!r}"
         return f"Recording goes on {where} until it can be saved; saving failed: {failure}"
+
+    @property
+    def backlog(self) -> int:
+        """How much waits to be written: chunks, beginnings and ends of takes."""
+        return self._kept - self._written
 
     @property
     def running(self) -> bool:
@@ -273,8 +279,10 @@ class Recorder:
         if take.begin is None:
             return  # of a take without pairs there is no trace
         if kind == PAIRS and take.kept == 0:
-            self._spill.put(take.begin, take.begin)
-        if not self._spill.put(Entry(kind, take.key, values, data), take.begin):
+            self._kept += self._spill.put(take.begin, take.begin)
+        if self._spill.put(Entry(kind, take.key, values, data), take.begin):
+            self._kept += 1
+        else:
             take.broken = kind == PAIRS
             self._broken_off = "The take ends here: there is no room for it on any disk."
         if self._failure is not None:
@@ -325,4 +333,5 @@ class Recorder:
                 self._spill.sync()
                 return
             self._spill.done()
+            self._written += 1
         self._failure = None

@@ -57,6 +57,11 @@ class Store:
     def close(self) -> None:
         self.engine.dispose()
 
+    def ask(self) -> None:
+        """Ask it anything. Raises StorageError where it does not answer."""
+        with self.engine.connect() as connection:
+            connection.execute(select(schema.store.c.version)).scalar_one()
+
     def __enter__(self) -> Store:
         return self
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from evastudio.live.tally import Tally
+
 LATE_SHARE = 0.5
 """A step that begins more than this share of a step after its time is late."""
 STALL_S = 1.0
@@ -22,11 +24,18 @@ class Clock:
         """Seconds of the world's time in one of the real time."""
         self.due = now
         """When the next decision falls, real time."""
-        self.steps = 0
-        self.late_steps = 0
+        self.tally = Tally()
         self.drift_s = 0.0
         """How far the latest step began after its time."""
         self._due = now
+
+    @property
+    def steps(self) -> int:
+        return self.tally.steps
+
+    @property
+    def late_steps(self) -> int:
+        return self.tally.late_steps
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -57,12 +66,12 @@ class Clock:
         Whoever stops asking stops the clock where it is.
         """
         if now - self.due > STALL_S:
-            self.late_steps += int((now - self.due) * self.pace / self.dt_s)
+            self.tally.late_steps += int((now - self.due) * self.pace / self.dt_s)
             self.start(now)
         while now >= self.due:
             self.drift_s = now - self.due
-            self.steps += 1
-            self.late_steps += self.drift_s * self.pace > LATE_SHARE * self.dt_s
+            self.tally.note(self.drift_s)
+            self.tally.late_steps += self.drift_s * self.pace > LATE_SHARE * self.dt_s
             yield
             self.due += self.dt_s / self.pace
             self._due += self.dt_s

@@ -18,6 +18,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from evastudio.errors import BusyError, ConflictError, NotFoundError, StudioError
+from evastudio.logs import Logs, present, request_id
 
 logger = logging.getLogger(__name__)
 
@@ -55,6 +56,8 @@ class Job:
     message: str = "Waiting"
     result: Mapping[str, Any] | None = None
     error: str | None = None
+    request: str | None = None
+    """Id of the request that asked for it, or None."""
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
@@ -85,7 +88,7 @@ class Jobs:
             ended = [number for number, job in self._jobs.items() if job.state in ENDED]
             for number in ended[: max(0, len(ended) - KEPT)]:
                 del self._jobs[number], self._asked[number]
-            job = Job(next(self._numbers), kind, session)
+            job = Job(next(self._numbers), kind, session, request=request_id.get())
             self._jobs[job.id] = job
             self._asked[job.id] = (kind, work, session, dict(arguments))
         self._on_change(job)
@@ -162,7 +165,8 @@ class Jobs:
             return
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe(duplex=False)
-        worker = context.Process(target=_work, args=(theirs, work, arguments), daemon=True)
+        given = (theirs, work, arguments, present(), self.get(number).request)
+        worker = context.Process(target=_work, args=given, daemon=True)
         worker.start()
         theirs.close()
         with self._lock:
@@ -227,9 +231,13 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _work(pipe: Connection, work: Work, arguments: dict[str, Any]) -> None:
+def _work(
+    pipe: Connection, work: Work, arguments: dict[str, Any], logs: Logs, request: str | None
+) -> None:
     """In the worker: run, tell progress, tell the result or why there is none."""
     os.nice(10)
+    logs.begin()
+    request_id.set(request)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the server, which ends its jobs
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

@@ -28,6 +28,7 @@ from evastudio.live.piloting import load_pilot
 from evastudio.live.reel import Reel
 from evastudio.live.stage import Stage
 from evastudio.live.status import Mode, Phase, Status
+from evastudio.live.tally import Tally
 from evastudio.pilots.why import Reasoner, Why
 from evastudio.workspace import Workspace
 from evastudio.world.rollout import Pilot
@@ -93,6 +94,22 @@ class LiveStage:
     def snapshot(self) -> Snapshot:
         """The world after the latest decision."""
         return self._stage.snapshot
+
+    @property
+    def phase(self) -> Phase:
+        """What it does just now."""
+        return self._stage.phase
+
+    @property
+    def tally(self) -> Tally:
+        """Its decisions so far."""
+        return self._stage.clock.tally
+
+    @property
+    def backlog(self) -> int:
+        """Chunks of its takes that are not in the store yet."""
+        recorder = self._stage.recorder
+        return 0 if recorder is None else recorder.backlog
 
     # -- what a person does --------------------------------------------------------------------
 

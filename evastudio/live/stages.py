@@ -12,6 +12,7 @@ from evastudio.errors import BusyError, StudioError, not_found
 from evastudio.live.headless import make_scene
 from evastudio.live.live_stage import LiveStage
 from evastudio.live.rescue import Rescue
+from evastudio.live.tally import Tally, total
 from evastudio.workspace import Workspace
 from evastudio.world import compiled
 
@@ -26,6 +27,7 @@ class Stages:
         self._store = store
         self._stages: dict[str, LiveStage] = {}
         self._lock = threading.Lock()
+        self._closed = Tally()
         self._rescue = Rescue(store, workspace.unsaved)
         self._rescue.begin()
 
@@ -67,11 +69,17 @@ class Stages:
         with self._lock:
             return list(self._stages.values())
 
+    def tally(self) -> Tally:
+        """The decisions of all stages, closed ones too."""
+        with self._lock:
+            return total([self._closed, *(stage.tally for stage in self._stages.values())])
+
     def close(self, name: str) -> None:
         """Close a stage; its running take is kept."""
         stage = self.get(name)
         with self._lock:
-            self._stages.pop(name, None)
+            if self._stages.pop(name, None) is not None:
+                self._closed = total([self._closed, stage.tally])
         if not stage.close():
             self._rescue.begin()
 

@@ -17,3 +17,5 @@ class JobOut(Model):
     message: str
     result: Mapping[str, Any] | None
     error: str | None
+    request: str | None
+    """Id of the request that asked for it (X-Request-ID)."""

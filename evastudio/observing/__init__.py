@@ -1,0 +1,1 @@
+"""Seeing inside a running studio: its health, its metrics, its requests."""
