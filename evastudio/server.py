@@ -26,6 +26,7 @@ from evastudio.api.app import PREFIX, api_router
 from evastudio.api.context import Context
 from evastudio.api.door import Door
 from evastudio.api.people import People, Visitor
+from evastudio.api.repeats import Repeats
 from evastudio.api.wire import PatientProtocol
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
@@ -148,6 +149,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     people = People(settings.token, Tokens(store))
     app.state.people = people
     door = Door(settings.host, port, settings.public_url)
+    app.add_middleware(Repeats, store=store)
     app.add_middleware(Guard, door=door, people=people)
     app.add_middleware(Requests, metrics=metrics)
     app.add_middleware(Health, ask=store.ask)

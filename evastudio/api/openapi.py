@@ -47,6 +47,17 @@ WITH_BODY = {
     413: "The body is larger than is read.",
     415: "The body is of a kind that is not read here.",
 }
+REPEATED = {
+    "name": "Idempotency-Key",
+    "in": "header",
+    "required": False,
+    "description": "A request that was answered with success is not done again when it comes again "
+    "with the same key within a day: it is answered as before. Another request with that key is "
+    "422; one that comes while the first is not answered yet is 409.",
+    "schema": {"type": "string", "minLength": 1, "maxLength": 200, "pattern": "^[!-~]+$"},
+}
+ASKING = ("decide", "explain")
+"""What is posted only to ask; it changes nothing, so it can be repeated anyway."""
 MATCHED = {412: "What is there is not what If-Match names."}
 
 
@@ -88,14 +99,16 @@ def _described(app: FastAPI) -> dict[str, Any]:
         },
     }
     told["security"] = [{"bearer": []}, {"cookie": []}]
-    for operation in _operations(told):
+    for method, operation in _operations(told):
+        if method == "post" and operation["operationId"] not in ASKING:
+            operation.setdefault("parameters", []).append(REPEATED)
         _complete(operation)
     return told
 
 
-def _operations(told: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _operations(told: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     for path in told["paths"].values():
-        yield from path.values()
+        yield from path.items()
 
 
 def _complete(operation: dict[str, Any]) -> None:

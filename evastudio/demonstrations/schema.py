@@ -16,10 +16,11 @@ from sqlalchemy import (
     Text,
 )
 
-VERSION = 6
+VERSION = 7
 """Raised with every change of the tables; a store of a newer version is refused. 2 added the
 evaluations, 3 the studies, 4 where takes come from, what people note of them and what their
-writers call them, 5 the tokens, 6 the keys of takes that were deleted."""
+writers call them, 5 the tokens, 6 the keys of takes that were deleted, 7 the
+answers to requests that may be repeated."""
 
 metadata = MetaData()
 
@@ -143,3 +144,16 @@ tokens = Table(
 deleted_takes = Table("deleted_takes", metadata, Column("key", String(80), primary_key=True))
 """Keys of takes that were deleted: their writers, who may still hold pairs, do not bring them
 back."""
+
+answers = Table(
+    "answers",
+    metadata,
+    Column("key", String(64), primary_key=True),
+    Column("digest", String(64), nullable=False),
+    Column("started_at", Float, nullable=False, index=True),
+    Column("status", Integer),
+    Column("media_type", String(200)),
+    Column("body", LargeBinary),
+)
+"""What was answered to a request with an idempotency key, for a day; no status while it is not
+answered yet. `key` is the SHA-256 of whose it is and the key, `digest` that of the request."""
