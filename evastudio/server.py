@@ -225,7 +225,7 @@ class _Server(uvicorn.Server):
         self._leaving = leaving
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """When it is done takes are closed and jobs are gone: nobody waits for threads that hang."""
+        """When it is done takes are closed and jobs gone: nobody waits for threads that hang."""
         self._leaving()
         await super().shutdown(sockets)
         leave = threading.Timer(LEAVE_S, os._exit, (0,))

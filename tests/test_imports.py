@@ -11,7 +11,7 @@ ORDER = ["world", "motion", "demonstrations", "learning", "pilots", "evaluation"
 FACES = ["studio", "api", "observing"]
 DOOR = "cli"
 """The command line may use everything."""
-GROUND = {"errors", "logs", "workspace", "settings"}
+GROUND = {"errors", "logs", "workspace", "settings", "writing"}
 """Modules at the top level that know nothing of the rooms."""
 SCREENS = {"viser", "fastapi", "starlette", "uvicorn", "webbrowser"}
 

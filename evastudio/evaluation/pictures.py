@@ -23,10 +23,10 @@ from evastudio.errors import ConflictError, NotFoundError
 from evastudio.evaluation.flight import Flight
 from evastudio.evaluation.interval import Interval
 from evastudio.evaluation.results import Comparison
-from evastudio.learning.writing import write_whole
 from evastudio.world.cast import of_lead
 from evastudio.world.scene import Scene
 from evastudio.world.spaces import Array, Symbols
+from evastudio.writing import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

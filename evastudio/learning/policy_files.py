@@ -20,9 +20,9 @@ from safetensors.numpy import load, save
 from evastudio.errors import InvalidInputError, StorageError
 from evastudio.learning.learner import LARGEST, Indices, Layout, Learner, Stored
 from evastudio.learning.policy import LEARNERS, Policy
-from evastudio.learning.writing import write_whole
 from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Box, Field, Space, Symbols
+from evastudio.writing import write_whole
 
 FORMAT = 3
 """Raised whenever older readers could not make sense of a file. 2 added the SVR's `bases`; 3

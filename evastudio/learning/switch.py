@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from evastudio.errors import InvalidInputError, StorageError
-from evastudio.learning.writing import write_whole
 from evastudio.world.conditions import Condition
 from evastudio.world.scene import Scene
+from evastudio.writing import write_whole
 
 FORMAT = 1
 SUFFIX = ".switch.json"

@@ -19,13 +19,13 @@ from evastudio.evaluation.flight import Flight, Logbook
 from evastudio.evaluation.pictures import Curve, Rate
 from evastudio.evaluation.results import SUCCESS, Comparison
 from evastudio.learning.cleaning import Progress, silent
-from evastudio.learning.writing import write_whole
 from evastudio.live.headless import make_scene
 from evastudio.live.piloting import fitted_anew, load_pilot
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.workspace import Workspace
 from evastudio.world.rollout import Pilot, roll_out
 from evastudio.world.scene import Scene, world_seeds
+from evastudio.writing import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -21,12 +21,12 @@ from evastudio.evaluation.studies import studies
 from evastudio.evaluation.versions import processor, versions
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.compiled import ensure_compiled
-from evastudio.learning.writing import write_whole
 from evastudio.live.headless import make_scene, record
 from evastudio.live.perceiving import see_session
 from evastudio.live.picturing import flown
 from evastudio.workspace import Workspace
 from evastudio.world.scene import Scene
+from evastudio.writing import write_whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

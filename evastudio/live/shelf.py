@@ -16,8 +16,8 @@ from evastudio.learning.policy import Policy
 from evastudio.learning.policy_files import SUFFIX, load_policy, parse_policy
 from evastudio.learning.switch import SUFFIX as SWITCH
 from evastudio.learning.switch import parse_switch
-from evastudio.learning.writing import write_whole
 from evastudio.workspace import Workspace
+from evastudio.writing import write_whole
 
 KEPT = 8
 """Policies that are kept loaded."""

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from evastudio.demonstrations.walks import read_walks
 from evastudio.errors import InvalidInputError, StorageError, not_found
-from evastudio.learning.writing import write_whole
 from evastudio.workspace import Workspace
+from evastudio.writing import write_whole
 
 FOLDER = "walks"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,79}\.(?:txt|csv)")

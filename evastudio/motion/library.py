@@ -21,6 +21,7 @@ from evastudio.motion.movements import movement_of
 from evastudio.motion.poses import Poses
 from evastudio.motion.retarget import retargeted
 from evastudio.motion.steps import gait_of
+from evastudio.writing import write_whole
 
 CHOICES = "clips.json"
 """In the folder itself: activity -> file and clip."""
@@ -140,7 +141,7 @@ class Library:
                 f"spaces, '.', '-' and '_', and ends in {', '.join(KINDS)}."
             )
         clips = tuple(_clips_in(data, name))
-        _write(self.folder / name, data)
+        write_whole(self.folder / name, data)
         return ClipFile(name, clips)
 
     def figures(self) -> Figures:
@@ -191,21 +192,7 @@ class Library:
 
     def _write(self, choices: Mapping[Activity, Choice]) -> None:
         told = {code.name.lower(): vars(choice) for code, choice in sorted(choices.items())}
-        _write(self.folder / CHOICES, (json.dumps(told, indent=2) + "\n").encode())
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Put a file there, whole or not at all."""
-    fresh = path.with_name(path.name + ".new")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        fresh.write_bytes(data)
-        fresh.replace(path)
-    except OSError as error:
-        raise StorageError(
-            f"{str(path)!r} cannot be written ({error.strerror or error}); check the folder's "
-            "permissions."
-        ) from None
+        write_whole(self.folder / CHOICES, (json.dumps(told, indent=2) + "\n").encode())
 
 
 @lru_cache(maxsize=8)

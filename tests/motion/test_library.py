@@ -57,7 +57,7 @@ def test_a_chosen_clip_is_walked_and_can_be_forgotten(library: Library) -> None:
     assert float(figures.cadence(1.2)) != float(Figures().cadence(1.2))
     library.forget("walk")
     assert set(library.choices()) == {Activity.STAGGER}
-    assert not list(library.folder.glob("*.new"))
+    assert not list(library.folder.glob("*.part"))
 
 
 def test_a_file_is_added_in_place_of_an_older_one(library: Library) -> None:
@@ -147,7 +147,7 @@ def test_choices_are_a_small_file_for_people(library: Library) -> None:
 
 def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "motion").write_text("in the way")
-    with pytest.raises(StorageError, match="cannot be written"):
+    with pytest.raises(StorageError, match="could not be written"):
         Library(tmp_path / "motion").forget("walk")
 
 
