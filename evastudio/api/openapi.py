@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from importlib.metadata import version
 from typing import Any
 
 from fastapi import FastAPI
@@ -10,7 +11,6 @@ from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from evastudio import __version__
 from evastudio.api import bodies
 from evastudio.api.models.asking import DecisionsOut, ExplanationsOut
 from evastudio.api.models.takes import RecordingOut
@@ -75,7 +75,7 @@ def describe(app: FastAPI) -> None:
 def _described(app: FastAPI) -> dict[str, Any]:
     told = get_openapi(
         title=app.title,
-        version=__version__,
+        version=version("evastudio"),
         summary="Demonstrate, clean, fit, play and compare, with no page.",
         routes=app.routes,
         tags=[{"name": name, "description": about} for name, about in TAGS.items()],
