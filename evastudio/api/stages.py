@@ -21,6 +21,7 @@ from evastudio.api.rights import REFUSAL
 from evastudio.errors import InvalidInputError, NotFoundError, StudioError
 from evastudio.live.jobs import Job
 from evastudio.live.live_stage import LiveStage
+from evastudio.live.pace import Pace
 from evastudio.live.tokens import Role
 
 router = APIRouter(prefix="/stages", tags=["stages"])
@@ -28,6 +29,10 @@ logger = logging.getLogger(__name__)
 
 MAX_AGE_S = 0.25
 """An edge of a key is believed to be at most this old."""
+LONGEST = 16_384
+"""Letters of a message."""
+PER_S, AT_ONCE = 200.0, 600.0
+"""Messages from one page, which tells of each change of the keys and little else."""
 WAITING = 64
 """Messages that may wait for a slow page before the oldest are dropped."""
 
@@ -163,17 +168,26 @@ class Drive:
             await self._websocket.send_json(await self._out.get())
 
     async def _receive(self) -> None:
+        pace = Pace(PER_S, AT_ONCE)
         try:
             while True:
                 text = await self._websocket.receive_text()
+                if len(text) > LONGEST:
+                    await self._websocket.close(1009, "No message of a page is as long.")
+                    return
+                if not pace.allows(self._loop.time()):
+                    await self._websocket.close(1008, "Too many messages at once.")
+                    return
                 try:
                     self._take_in(text)
                 except ValidationError:
                     self._notice("The page sent something that the server does not understand.")
                 except StudioError as error:
                     self._notice(str(error))
-        except (WebSocketDisconnect, KeyError):
+        except WebSocketDisconnect:
             return
+        except KeyError:
+            await self._websocket.close(1003, "Messages are text.")
 
     def _take_in(self, text: str) -> None:
         if self._attendance is None:
