@@ -34,6 +34,18 @@ class ClusterError(StudioError, ConnectionError):
     """A cluster that cannot be reached, or whose workers cannot do the work."""
 
 
+class AccessError(StudioError, PermissionError):
+    """A studio that does not let one in, or not do that."""
+
+
+class UnreachableError(StudioError, ConnectionError):
+    """A studio that does not answer."""
+
+
+class JobError(StudioError, RuntimeError):
+    """A job that ended without its result."""
+
+
 def not_found(kind: str, name: object, known: Iterable[str]) -> NotFoundError:
     """The error for an unknown name, with the closest known ones."""
     names = sorted(known)

@@ -1,0 +1,137 @@
+"""Sessions, and the work on them: cleaning, fitting, tuning."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from evastudio.client.connection import Connection
+from evastudio.client.jobs import Job
+from evastudio.client.reading import read
+
+Delay = float | Literal["auto", "off"]
+"""Reaction delay to take out: as estimated where that helps, none, or so many seconds."""
+
+
+@dataclass(frozen=True)
+class Cleaning:
+    """The cleaning in force for a session."""
+
+    pairs: int
+    """Pairs that were looked at."""
+    removed: int
+    """Pairs marked as conflicts."""
+    stale: bool
+    """Takes were added, trashed or restored since."""
+    created_at: float
+    """Seconds since the epoch."""
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Session:
+    """The takes one demonstrator made of one scene for one purpose."""
+
+    id: int
+    name: str
+    scene: str
+    scene_version: int
+    demonstrator: str
+    created_at: float
+    """Seconds since the epoch."""
+    takes_kept: int
+    takes_trashed: int
+    pairs: int
+    """Of the kept takes."""
+    seconds: float
+    cleaning: Cleaning | None
+
+
+class Sessions:
+    """`studio.sessions`."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def __iter__(self) -> Iterator[Session]:
+        """All sessions, newest first."""
+        return self.of()
+
+    def of(self, scene: str | None = None) -> Iterator[Session]:
+        """Sessions, newest first; those of one scene where it is given."""
+        return (_session(told) for told in self._connection.pages("/sessions", scene=scene))
+
+    def get(self, session: int) -> Session:
+        """Raises NotFoundError."""
+        return _session(self._connection.get(f"/sessions/{session}"))
+
+    def create(self, scene: str, name: str, demonstrator: str = "program") -> Session:
+        """A new, empty session. Raises NotFoundError for a scene that there is not."""
+        body = {"scene": scene, "name": name, "demonstrator": demonstrator}
+        return _session(self._connection.post("/sessions", body))
+
+    def clean(
+        self,
+        session: int,
+        *,
+        perception: str | None = None,
+        n_neighbors: int | None = None,
+        threshold: float | Literal["auto"] | None = None,
+        delay: Delay = "auto",
+    ) -> Job:
+        """Mark the conflicts among the kept pairs; a job."""
+        return self._work(
+            session,
+            "clean",
+            perception=perception,
+            n_neighbors=n_neighbors,
+            threshold=threshold,
+            delay=delay,
+        )
+
+    def undo_cleaning(self, session: int) -> Session:
+        """Take the latest cleaning back."""
+        return _session(self._connection.delete(f"/sessions/{session}/clean"))
+
+    def fit(
+        self,
+        session: int,
+        *,
+        name: str | None = None,
+        learner: str | None = None,
+        perception: str | None = None,
+        settings: Mapping[str, Any] | None = None,
+        delay: Delay = "auto",
+    ) -> Job:
+        """Fit a policy to the kept pairs, without marked conflicts; a job whose result names it."""
+        return self._work(
+            session,
+            "fit",
+            name=name,
+            learner=learner,
+            perception=perception,
+            settings=None if settings is None else dict(settings),
+            delay=delay,
+        )
+
+    def tune(
+        self, session: int, *, learner: str | None = None, perception: str | None = None
+    ) -> Job:
+        """Try learners and settings on takes held out; a job whose result is the report."""
+        return self._work(session, "tune", learner=learner, perception=perception)
+
+    def diagnose(
+        self, session: int, *, perception: str | None = None, delay: Delay = "auto"
+    ) -> Job:
+        """Look for what would keep a policy from learning; a job."""
+        return self._work(session, "diagnose", perception=perception, delay=delay)
+
+    def _work(self, session: int, work: str, **body: Any) -> Job:
+        given = {name: value for name, value in body.items() if value is not None}
+        return read(Job, self._connection.post(f"/sessions/{session}/{work}", given))
+
+
+def _session(told: Mapping[str, Any]) -> Session:
+    cleaning = told["cleaning"]
+    return read(Session, told, cleaning=None if cleaning is None else read(Cleaning, cleaning))
