@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response, status
-from starlette.responses import FileResponse
 
 from evastudio.api.arrays import NPZ, npz
 from evastudio.api.context import Studio
@@ -22,6 +21,8 @@ from evastudio.live.evaluating import evaluate, repeat_evaluation
 from evastudio.live.headless import make_scene
 from evastudio.live.picturing import TITLES, draw_pictures, kept_pictures, picture_file
 from evastudio.live.piloting import load_pilot
+
+FORMS = {"svg": "image/svg+xml", "png": "image/png"}
 
 router = APIRouter(prefix="/evaluations", tags=["evaluations"])
 
@@ -100,9 +101,15 @@ def start_drawing(evaluation: int, studio: Studio) -> JobOut:
     return JobOut.model_validate(job)
 
 
-@router.get("/{evaluation}/pictures/{file}")
-def get_picture(evaluation: int, file: str, studio: Studio) -> FileResponse:
+@router.get(
+    "/{evaluation}/pictures/{file}",
+    response_class=Response,
+    responses=downloadable(dict.fromkeys(FORMS.values(), BINARY)),
+)
+def get_picture(evaluation: int, file: str, request: Request, studio: Studio) -> Response:
     """A picture as a file: its name, then .svg or .png."""
-    path = picture_file(studio.workspace, studio.store, evaluation, file)
-    # Opened by itself an SVG would be a page of this origin; it is for showing and for keeping.
-    return FileResponse(path, filename=f"evaluation-{evaluation}-{file}")
+    content = picture_file(studio.workspace, studio.store, evaluation, file).read_bytes()
+    # As a download: opened by itself an SVG would be a page of this origin.
+    name = f"evaluation-{evaluation}-{file}"
+    media_type = FORMS[file.rpartition(".")[2]]
+    return download(request, etag_of(name, content), name, media_type, lambda: content)

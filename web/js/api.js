@@ -97,8 +97,6 @@ export const api = {
   /** @returns {Promise<Job[]>} */
   jobs: () => every("/jobs"),
   /** @param {number} job @returns {Promise<Job>} */
-  job: (job) => ask("GET", `/jobs/${job}`),
-  /** @param {number} job @returns {Promise<Job>} */
   cancel: (job) => ask("DELETE", `/jobs/${job}`),
   /** @param {string} scene @returns {Promise<Policy[]>} */
   policies: (scene) => every(`/policies?scene=${q(scene)}`),

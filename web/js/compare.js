@@ -14,8 +14,8 @@ import { LAST_SCENE, Store } from "./store.js";
 /** @typedef {import("./types.js").Job} Job */
 /** @typedef {import("./types.js").Comparing} Comparing */
 
-/** How often work under way is asked after. */
-const LOOK_MS = 500;
+/** Where this tab keeps which jobs it began. */
+const BEGUN = "evastudio.begun";
 
 /** @type {Store<Comparing>} */
 const store = new Store({
@@ -36,26 +36,36 @@ const shared = /** @type {Store} */ (/** @type {unknown} */ (store));
 
 // -- work under way ------------------------------------------------------------------------------
 
-let looking = 0;
+/** @type {Set<number>} Jobs that this tab began, also before it was loaded anew. */
+const begun = new Set(JSON.parse(sessionStorage.getItem(BEGUN) ?? "[]"));
+/** @type {Map<number, Job>} Every job of the studio as it was last told. */
+const told = new Map();
 
-/** Follow a job until it has ended. @param {Job} job */
-function onJob(job) {
-  store.set({ jobs: [...store.state.jobs.filter(({ id }) => id !== job.id), job].filter(isOpen) });
-  if (isOpen(job)) {
-    if (!looking) looking = setTimeout(() => attempt(look), LOOK_MS);
-  } else if (job.state === "failed") {
-    notify(job.error ?? "It did not work.", "error");
-  } else if (job.state === "done") {
-    attempt(() => ended(job));
-  }
+/** Follow a job that was begun here. @param {Job} job */
+function follow(job) {
+  begun.add(job.id);
+  onJob(told.get(job.id) ?? job); // it may have ended before the answer came
 }
 
-async function look() {
-  looking = 0;
-  try {
-    for (const { id } of store.state.jobs) onJob(await api.job(id));
-  } finally {
-    if (store.state.jobs.length && !looking) looking = setTimeout(() => attempt(look), LOOK_MS);
+/** @param {Job} job */
+function onJob(job) {
+  store.set({ jobs: [...store.state.jobs.filter(({ id }) => id !== job.id), job].filter(isOpen) });
+  if (!isOpen(job)) begun.delete(job.id);
+  sessionStorage.setItem(BEGUN, JSON.stringify([...begun]));
+  if (job.state === "failed") notify(job.error ?? "It did not work.", "error");
+  else if (job.state === "done") attempt(() => ended(job));
+}
+
+/** Everybody's jobs are told; what others evaluate is listed once it is there. */
+function listen() {
+  const events = new EventSource("/api/v1/jobs/events");
+  for (const kind of ["change", "end"]) {
+    events.addEventListener(kind, ({ data }) => {
+      const job = JSON.parse(data);
+      told.set(job.id, job);
+      if (begun.has(job.id)) onJob(job);
+      else if (kind === "end" && job.kind === "evaluate") attempt(listEarlier);
+    });
   }
 }
 
@@ -112,7 +122,7 @@ async function open() {
   const underWay = store.state.jobs.some(({ kind }) => kind === "pictures");
   if (drawn.whole || underWay) return;
   try {
-    onJob(await api.drawPictures(id));
+    follow(await api.drawPictures(id));
   } catch (error) {
     store.set({ pictures: { ...drawn, left_out: error instanceof Error ? error.message : "" } });
   }
@@ -123,7 +133,7 @@ asking(store, {
     location.hash = "";
     attempt(() => chooseScene(name));
   },
-  evaluate: () => attempt(async () => onJob(await api.evaluate(question(store.state)))),
+  evaluate: () => attempt(async () => follow(await api.evaluate(question(store.state)))),
 });
 findings(store);
 pictures(store);
@@ -133,15 +143,15 @@ jobs(shared);
 byId("again", HTMLButtonElement).addEventListener("click", () =>
   attempt(async () => {
     const { evaluation } = store.state;
-    if (evaluation) onJob(await api.again(evaluation.id));
+    if (evaluation) follow(await api.again(evaluation.id));
   }),
 );
 addEventListener("hashchange", () => attempt(open));
 attempt(async () => {
-  const [scenes, all] = await Promise.all([api.scenes(), api.jobs()]);
+  const scenes = await api.scenes();
   store.set({ scenes });
   const last = localStorage.getItem(LAST_SCENE);
   await chooseScene((scenes.find(({ name }) => name === last) ?? scenes[0])?.name ?? "");
-  all.filter(isOpen).forEach(onJob);
+  listen();
   await open();
 });

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
-from evastudio.api.models.common import Model, Name, Options, Page, Seed
+from evastudio.api.models.common import Model, Name, Options, Seed
 
 
 class EvaluateIn(Model):
@@ -46,7 +46,8 @@ class PictureOut(BaseModel):
     """Paths of the files."""
 
 
-class PicturesOut(Page[PictureOut]):
+class PicturesOut(BaseModel):
+    items: list[PictureOut]
     left_out: str | None
     """Why something is missing, or None."""
     whole: bool
