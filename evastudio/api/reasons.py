@@ -17,7 +17,7 @@ def get_why(stage: str, studio: Studio) -> WhyOut | None:
     Null where no policy decided it.
     """
     found = studio.stages.get(stage)
-    why = found.why()
+    why = found.correcting.why()
     if why is None:
         return None
     names = found.scene.action.names

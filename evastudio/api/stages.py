@@ -265,23 +265,23 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
         case "restart":
             stage.restart(command.same)
         case "fork":
-            stage.fork(command.others)
+            stage.looking_back.fork(command.others)
         case "take-over":
-            stage.take_over()
+            stage.correcting.take_over()
         case "hand-back":
-            stage.hand_back()
+            stage.correcting.hand_back()
         case "keep-last":
-            stage.keep_last(command.seconds)
+            stage.looking_back.keep_last(command.seconds)
         case "review":
-            stage.review(command.take, command.seconds)
+            stage.looking_back.review(command.take, command.seconds)
         case "seek":
-            stage.seek(command.seconds)
+            stage.looking_back.seek(command.seconds)
         case "roll":
-            stage.roll(command.speed)
+            stage.looking_back.roll(command.speed)
         case "forget":
             if command.take is None:
                 raise InvalidInputError("No take was named; say which moment of which take.")
-            stage.forget(command.take, command.step)
+            stage.correcting.forget(command.take, command.step)
         case "pace":
             stage.keep_pace(command.speed)
         case "discard":

@@ -59,10 +59,10 @@ def test_a_take_forks_and_the_fork_can_be_tried_again(
     session = told["session"]["id"]
     (first,) = store.takes(session)
 
-    stage.review(first.id, 0.2)
+    stage.looking_back.review(first.id, 0.2)
     assert stage.status()["position_s"] == pytest.approx(0.2)
-    stage.seek(4 / 15 + 0.001)
-    stage.fork()
+    stage.looking_back.seek(4 / 15 + 0.001)
+    stage.looking_back.fork()
     recorded(stage, 3)
     stage.restart(same=True)
     recorded(stage, 3)
@@ -83,10 +83,10 @@ def test_a_correction_is_recorded_from_where_one_took_over(stage: LiveStage, sto
     stage.play("straight")
     when(stage, lambda told: told["phase"] == "playing" and told["seconds"] > 0.4)
     stage.hold(["KeyA"], by="page")
-    stage.take_over()
+    stage.correcting.take_over()
     told = recorded(stage, 5)
     assert (told["mode"], told["policy"]) == ("correct", "straight")
-    stage.hand_back()
+    stage.correcting.hand_back()
     stage.hold([], by="page")
     told = when(stage, lambda told: told["phase"] == "playing" and told["takes_kept"] == 1)
     (take,) = store.takes(told["session"]["id"])
@@ -95,15 +95,15 @@ def test_a_correction_is_recorded_from_where_one_took_over(stage: LiveStage, sto
     turn = stage.scene.action.high[0]
     assert store.load_take(take.id).actions[-1, 0] > 0.5 * turn
     with pytest.raises(ConflictError, match="taken over"):
-        stage.hand_back()
+        stage.correcting.hand_back()
 
 
 def test_the_last_seconds_of_a_running_take_can_be_kept(stage: LiveStage, store: Store) -> None:
     with pytest.raises(ConflictError, match="no take"):
-        stage.keep_last(1.0)
+        stage.looking_back.keep_last(1.0)
     stage.demonstrate()
     recorded(stage, 15)
-    stage.keep_last(0.4)
+    stage.looking_back.keep_last(0.4)
     told = when(stage, lambda told: told["takes_kept"] == 1)
     (kept,) = store.takes(told["session"]["id"])
     assert kept.pairs == 6

@@ -51,7 +51,7 @@ def played(stage: LiveStage, seconds: float) -> Why:
     assert came.wait(WAIT_S)
     stage.on_status.remove(told)
     stage.pause()
-    why = stage.why()
+    why = stage.correcting.why()
     assert why is not None
     return why
 
@@ -80,17 +80,17 @@ def test_a_decision_comes_from_moments_that_the_store_has(
 
 def _decided_at(stage: LiveStage) -> Any:
     """The moment of the latest decision."""
-    stage.review(None, 0.0)
+    stage.looking_back.review(None, 0.0)
     last = round(stage.status()["length_s"] / stage.scene.dt_s) - 1
-    stage.seek((last + 0.001) * stage.scene.dt_s)
+    stage.looking_back.seek((last + 0.001) * stage.scene.dt_s)
     return stage.snapshot
 
 
 def test_looking_back_every_decision_tells_why(stage: LiveStage) -> None:
     stage.play("exact")
     latest = played(stage, 3.0)
-    stage.review(None, 2.0)
-    early = stage.why()
+    stage.looking_back.review(None, 2.0)
+    early = stage.correcting.why()
     assert early is not None
     assert not np.array_equal(early.distances, latest.distances)
     assert stage.status()["familiarity"] == early.familiarity
@@ -104,9 +104,9 @@ def test_a_moment_forgotten_while_playing_counts_no_more(
     why = played(stage, 3.0)
     assert why.moments is not None
     take, step = why.moments[0].tolist()
-    stage.forget(take, step)
+    stage.correcting.forget(take, step)
     with pytest.raises(NotFoundError, match="forgotten"):
-        stage.forget(take, step)
+        stage.correcting.forget(take, step)
     stage.resume()
     again = played(stage, 0.1)
     assert again.moments is not None
@@ -122,9 +122,9 @@ def test_a_moment_forgotten_while_playing_counts_no_more(
 
 def test_programs_have_no_reasons(stage: LiveStage) -> None:
     stage.play("straight")
-    assert stage.why() is None
+    assert stage.correcting.why() is None
     with pytest.raises(NotFoundError):
-        stage.forget(1, 1)
+        stage.correcting.forget(1, 1)
     stage.stop()
     with pytest.raises(ConflictError, match="Nothing plays"):
-        stage.forget(1, 1)
+        stage.correcting.forget(1, 1)

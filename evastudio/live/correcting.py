@@ -1,0 +1,60 @@
+"""What a person does about what plays: take over from it, ask why it did that, make it forget."""
+
+from __future__ import annotations
+
+import copy
+import time
+from typing import TYPE_CHECKING
+
+from evastudio.demonstrations.by_hand import mark_by_hand
+from evastudio.demonstrations.store import Store
+from evastudio.errors import ConflictError
+from evastudio.learning.neighbor_learner import NeighborLearner
+from evastudio.live.stage import Stage
+from evastudio.pilots.why import Why
+
+if TYPE_CHECKING:
+    from evastudio.live.live_stage import LiveStage
+
+
+class Correcting:
+    """The part of a live stage that changes what plays. Callable from any thread."""
+
+    def __init__(self, live: LiveStage, stage: Stage, store: Store) -> None:
+        self._live = live
+        self._stage = stage
+        self._store = store
+
+    def take_over(self) -> None:
+        """Go on by hand from what plays; see `Stage.take_over`."""
+        self._live.need_session()
+        self._live.pulse.call(lambda: self._stage.take_over(time.monotonic(), time.time()))
+
+    def hand_back(self) -> None:
+        """See `Stage.hand_back`."""
+        self._live.pulse.call(lambda: self._stage.hand_back(time.time()))
+        self._live.refresh()
+
+    def why(self) -> Why | None:
+        """See `Stage.why`."""
+        return self._live.pulse.call(self._stage.why)
+
+    def forget(self, take: int, step: int) -> None:
+        """Leave a demonstrated moment out: what plays decides without it at once, and so does
+        every policy fitted to its session from now on.
+
+        Raises ConflictError where nothing plays that could forget, NotFoundError where it has not
+        learned from that moment.
+        """
+        reasoner = self._stage.reasoner
+        if reasoner is None:
+            raise ConflictError("Nothing plays that could forget. Press Play first.")
+        pilot, pairs = reasoner.holder(take, step)
+        policy = pilot.policy
+        if isinstance(policy.learner, NeighborLearner):
+            self._live.pulse.call(lambda: setattr(pilot, "policy", policy.without(pairs)))
+        else:  # fitted anew, which the stage does not wait for
+            pilot.policy = copy.deepcopy(policy).without(pairs)
+        if policy.extra.get("store") == self._store.identity:
+            mark_by_hand(self._store, take, step, True, time.time())
+        self._live.refresh()
