@@ -121,9 +121,11 @@ def start_studio(tmp_path: Path) -> Iterator[Callable[..., Studio]]:
     """Start a studio on a workspace; all are stopped after the test."""
     running: list[Studio] = []
 
-    def start(workspace: Workspace | None = None, python: str = sys.executable) -> Studio:
+    def start(
+        workspace: Workspace | None = None, python: str = sys.executable, **environment: str
+    ) -> Studio:
         place = workspace or Workspace(tmp_path / "studio")
-        studio = launch(place, python)
+        studio = launch(place, python, **environment)
         running.append(studio)
         return studio
 
@@ -137,17 +139,18 @@ def start_studio(tmp_path: Path) -> Iterator[Callable[..., Studio]]:
                 studio.process.stdout.close()
 
 
-def launch(workspace: Workspace, python: str = sys.executable) -> Studio:
+def launch(workspace: Workspace, python: str = sys.executable, **environment: str) -> Studio:
     """A studio on a free port, once it listens."""
     process = subprocess.Popen(
         [
             *(python, "-m", "evastudio", "studio", "--port", "0", "--no-browser", "--json"),
             *("--workspace", str(workspace.root)),
+            *(() if workspace.store is None else ("--store", workspace.store)),
         ],
         stdout=subprocess.PIPE,
         text=True,
         cwd=workspace.root.parent,  # away from the checkout: `-m` would find its package first
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        env={**os.environ, "PYTHONUNBUFFERED": "1", **environment},
     )
     assert process.stdout is not None
     line = process.stdout.readline()

@@ -35,12 +35,16 @@ class Rescue:
                 self._thread = threading.Thread(target=self._run, name="rescue", daemon=True)
                 self._thread.start()
 
-    def close(self, patience_s: float = 0.5) -> None:
-        """Stop; what still waits is taken in at the next start."""
-        self._closing.set()
+    def wait(self, patience_s: float = 2.0) -> None:
+        """Return when nothing waits any more, or after that time."""
         thread = self._thread
         if thread is not None:
             thread.join(patience_s)
+
+    def close(self) -> None:
+        """Stop; what still waits is taken in at the next start."""
+        self._closing.set()
+        self.wait(0.5)
 
     def _run(self) -> None:
         while not self._closing.is_set():

@@ -30,6 +30,7 @@ class Stages:
         self._closed = Tally()
         self._rescue = Rescue(store, workspace.unsaved)
         self._rescue.begin()
+        self._rescue.wait()
 
     def open(
         self,
