@@ -1,6 +1,6 @@
 # make run | test | lint | bench | bench-crossing | bench-baselines | bench-conflicts |
-# bench-motion | bench-crowd | bench-real | bench-street | bench-rl | bench-reproduction | paper |
-# soak: each sets up what it needs in .venv first.
+# bench-motion | bench-crowd | bench-real | bench-store | bench-street | bench-rl |
+# bench-reproduction | paper | soak: each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
@@ -10,8 +10,8 @@ export PYTHONDONTWRITEBYTECODE = 1
 export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
-	bench-motion bench-crowd bench-real bench-scaling bench-street bench-rl bench-reproduction \
-	paper soak pictures chromium postgres clean
+	bench-motion bench-crowd bench-real bench-scaling bench-store bench-street bench-rl \
+	bench-reproduction paper soak pictures chromium postgres clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -39,6 +39,10 @@ bench-baselines: $(VENV)/.dev
 
 bench-scaling: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.scaling
+
+# Twenty hours of takes in SQLite and in PostgreSQL, into docs/store.md; about 5 minutes.
+bench-store: $(VENV)/.dev postgres
+	$(BIN)/python -m benchmarks.store
 
 bench-delay: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.delay

@@ -1,10 +1,9 @@
 """EVA Studio: policies for virtual characters, learned from demonstrations.
 
 The same functions as the command line: `record`, `import_walks`, `sessions`, `clean`, `diagnose`,
-`tune`, `fit`, `search`, `evaluate`, `evaluations`, `repeat_evaluation`, `scenes`, `check`; each
-but `check` takes a `Workspace` first. Importing the package registers every shipped scene with
-Gymnasium:
-`gymnasium.make("evastudio/Asteroids-v0")`.
+`tune`, `fit`, `search`, `evaluate`, `evaluations`, `repeat_evaluation`, `scenes`, `backup`,
+`restore`, `check`; each but `check` takes a `Workspace` first. Importing the package registers
+every shipped scene with Gymnasium: `gymnasium.make("evastudio/Asteroids-v0")`.
 """
 
 from __future__ import annotations
@@ -18,6 +17,7 @@ from evastudio.workspace import shipped
 
 if TYPE_CHECKING:
     from evastudio.learning.policy_files import load_policy, save_policy
+    from evastudio.live.backups import backup, restore
     from evastudio.live.cleaning import clean
     from evastudio.live.diagnosing import diagnose
     from evastudio.live.evaluating import evaluate, evaluations, repeat_evaluation
@@ -34,6 +34,7 @@ __version__ = "0.1.0"
 
 _FROM = {
     "Workspace": "evastudio.workspace",
+    "backup": "evastudio.live.backups",
     "check": "evastudio.world.check",
     "clean": "evastudio.live.cleaning",
     "diagnose": "evastudio.live.diagnosing",
@@ -47,6 +48,7 @@ _FROM = {
     "save_policy": "evastudio.learning.policy_files",
     "scenes": "evastudio.live.headless",
     "repeat_evaluation": "evastudio.live.evaluating",
+    "restore": "evastudio.live.backups",
     "search": "evastudio.live.searching",
     "sessions": "evastudio.live.headless",
     "switch": "evastudio.live.switching",
@@ -55,6 +57,7 @@ _FROM = {
 
 __all__ = [
     "Workspace",
+    "backup",
     "check",
     "clean",
     "diagnose",
@@ -66,6 +69,7 @@ __all__ = [
     "paper",
     "record",
     "repeat_evaluation",
+    "restore",
     "save_policy",
     "scenes",
     "search",

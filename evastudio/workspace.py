@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from evastudio.errors import StorageError
@@ -25,8 +25,9 @@ class Workspace:
     """Where a user's things are. Reading needs nothing; `ready` makes it writable."""
 
     root: Path
-    store: str | None = None
-    """URL of the session store; `studio.db` in `root` when None."""
+    store: str | None = field(default=None, repr=False)
+    """URL of the session store, with its password if it has one; `studio.db` in `root` when
+    None."""
 
     @property
     def store_url(self) -> str:

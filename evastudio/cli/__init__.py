@@ -17,12 +17,24 @@ from evastudio.cli import evaluations  # isort: split
 
 from evastudio.cli import tokens  # isort: split
 
+from evastudio.cli import backups  # isort: split
+
 from evastudio.cli import paper  # isort: split
 
 from evastudio.cli.app import app
 from evastudio.errors import StudioError
 
-__all__ = ["app", "evaluations", "learning", "main", "paper", "sessions", "tokens", "workshop"]
+__all__ = [
+    "app",
+    "backups",
+    "evaluations",
+    "learning",
+    "main",
+    "paper",
+    "sessions",
+    "tokens",
+    "workshop",
+]
 
 
 @app.callback(invoke_without_command=True)

@@ -15,7 +15,10 @@ WorkspaceOption = Annotated[
     Path, typer.Option("--workspace", "-w", help="Folder with your scenes, policies, sessions.")
 ]
 StoreOption = Annotated[
-    str | None, typer.Option("--store", help="URL of the session store; studio.db by default.")
+    str | None,
+    typer.Option(
+        "--store", envvar="EVASTUDIO_STORE", help="URL of the session store; studio.db by default."
+    ),
 ]
 DensityOption = Annotated[
     float | None, typer.Option("--density", "-D", help="The scene's option 'density'.")

@@ -14,8 +14,11 @@ from sqlalchemy import (
     ExceptionContext,
     PoolProxiedConnection,
     QueuePool,
+    Table,
     create_engine,
     event,
+    func,
+    select,
     text,
 )
 from sqlalchemy.engine import make_url
@@ -117,6 +120,27 @@ def writing(engine: Engine) -> Iterator[Connection]:
             yield connection
     finally:
         turn.release()
+
+
+@contextlib.contextmanager
+def reading(engine: Engine) -> Iterator[Connection]:
+    """A transaction that sees the store as it is at one moment, whatever others write meanwhile."""
+    with engine.connect() as connection:
+        if _is_server(engine):
+            connection.execution_options(isolation_level="REPEATABLE READ")
+            connection.execute(text("SET TRANSACTION READ ONLY"))
+        else:
+            connection.exec_driver_sql("BEGIN")
+        yield connection
+
+
+def count_on(connection: Connection, table: Table) -> None:
+    """Let new rows of `table` go on from the ids that were written into it."""
+    column = table.autoincrement_column
+    if connection.dialect.name == POSTGRESQL and column is not None:
+        last = select(func.max(column)).scalar_subquery()
+        counter = func.pg_get_serial_sequence(table.name, column.name)
+        connection.execute(select(func.setval(counter, func.coalesce(last, 1), last.is_not(None))))
 
 
 def parse_url(url: str) -> URL:

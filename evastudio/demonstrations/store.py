@@ -129,6 +129,12 @@ class Store:
         with self.engine.connect() as connection:
             return int(connection.execute(query).scalar_one())
 
+    def pairs(self) -> int:
+        """How many pairs there are, those of takes in the trash too."""
+        with self.engine.connect() as connection:
+            counted = connection.execute(select(func.sum(schema.chunks.c.steps)))
+            return int(counted.scalar_one() or 0)
+
     # -- takes ---------------------------------------------------------------------------------
 
     def begin_take(
