@@ -112,8 +112,9 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     web = shipped() / "web"
 
     @app.get("/", include_in_schema=False)
-    async def page() -> Response:
-        return FileResponse(web / "index.html")
+    async def page(visitor: Visitor) -> Response:
+        author = visitor.role is Role.AUTHOR
+        return FileResponse(web / ("index.html" if author else "watch.html"))
 
     @app.get("/compare", include_in_schema=False)
     async def compare_page() -> Response:

@@ -1,4 +1,4 @@
-"""The page's files fit together, and keep the content security policy."""
+"""The pages' files fit together, and keep the content security policy."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ import pytest
 WEB = Path(__file__).parents[2] / "web"
 MODULES = sorted((WEB / "js").glob("*.js"))
 SHEETS = sorted((WEB / "css").glob("*.css"))
+PAGES = sorted(WEB.glob("*.html"))
+OWN = {"/", "/compare"}
+"""Addresses of pages, which links lead to."""
 
 
 class Reader(HTMLParser):
@@ -44,11 +47,24 @@ class Reader(HTMLParser):
         self._script = False
 
 
-@pytest.fixture(scope="module")
-def page() -> Reader:
+@pytest.fixture(scope="module", params=PAGES, ids=lambda path: path.stem)
+def page(request: pytest.FixtureRequest) -> Reader:
     reader = Reader()
-    reader.feed((WEB / "index.html").read_text(encoding="utf-8"))
+    reader.feed(request.param.read_text(encoding="utf-8"))
     return reader
+
+
+def used(page: Reader) -> set[Path]:
+    """The modules that a page loads, and those that these import."""
+    left = [WEB / link.removeprefix("/web/") for link in page.links if link.endswith(".js")]
+    found: set[Path] = set()
+    while left:
+        module = left.pop()
+        if module not in found:
+            found.add(module)
+            imported = re.findall(r'from "\./([\w.]+)";', module.read_text(encoding="utf-8"))
+            left += [module.parent / name for name in imported]
+    return found
 
 
 def test_the_page_keeps_a_strict_policy(page: Reader) -> None:
@@ -61,6 +77,8 @@ def test_the_page_keeps_a_strict_policy(page: Reader) -> None:
 
 def test_nothing_comes_from_outside(page: Reader) -> None:
     for link in page.links:
+        if link in OWN:
+            continue
         assert link.startswith("/web/"), link
         assert (WEB / link.removeprefix("/web/")).is_file(), link
     for file in (*MODULES, *SHEETS):
@@ -71,11 +89,21 @@ def test_nothing_comes_from_outside(page: Reader) -> None:
 
 def test_ids_are_unique_and_those_that_scripts_rely_on_exist(page: Reader) -> None:
     assert len(page.ids) == len(set(page.ids))
-    wanted = {"demonstrate", "clean", "fit", "play", "stop", "undo", "phase", "pairs"}
-    wanted |= {"takes-kept", "outcome", "view", "notice", "connection"}
-    for module in MODULES:
+    modules = used(page)
+    assert modules
+    wanted = set()
+    for module in modules:
         wanted |= set(re.findall(r'byId\("([\w-]+)"', module.read_text(encoding="utf-8")))
     assert wanted <= set(page.ids)
+
+
+def test_every_module_is_used_by_a_page() -> None:
+    loaded: set[Path] = set()
+    for path in PAGES:
+        reader = Reader()
+        reader.feed(path.read_text(encoding="utf-8"))
+        loaded |= used(reader)
+    assert {module.name for module in MODULES} - {"types.js"} == {one.name for one in loaded}
 
 
 def test_every_import_names_something_that_is_exported() -> None:

@@ -130,6 +130,10 @@ export const api = {
    */
   openStage: (scene, options, session) =>
     ask("POST", "/stages", session === null ? { scene, options } : { scene, options, session }),
+  /** @returns {Promise<Stage[]>} */
+  stages: () => every("/stages"),
+  /** @returns {Promise<{name: string, role: "author" | "viewer"}>} */
+  me: () => ask("GET", "/me"),
   /** @param {string} stage @returns {Promise<object>} */
   stage: (stage) => ask("GET", `/stages/${q(stage)}`),
 };

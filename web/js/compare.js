@@ -6,6 +6,7 @@ import { byId } from "./dom.js";
 import { earlier } from "./earlier.js";
 import { findings } from "./findings.js";
 import { isOpen, jobs } from "./jobs.js";
+import { me } from "./me.js";
 import { attempt, notify } from "./notices.js";
 import { options } from "./options.js";
 import { pictures } from "./pictures.js";
@@ -128,6 +129,7 @@ async function open() {
   }
 }
 
+me();
 asking(store, {
   chooseScene: (name) => {
     location.hash = "";

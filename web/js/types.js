@@ -33,7 +33,7 @@
  *   policy: string | null, others: string | null, decision: string | null,
  *   decides_s: number | null, lead: number | null, camera: string, cameras: string[],
  *   problem: string | null, options: Record<string, number>}} Status
- * @typedef {{id: string, view: string, socket: string}} Stage
+ * @typedef {{id: string, scene: string, view: string, socket: string}} Stage
  * @typedef {{name: string, kind: "own" | "shipped" | "program"}} PilotEntry
  * @typedef {{id: number, scene: string, created_at: number, says: string[],
  *   labels: Record<string, string>, asked: {options: Record<string, number>, worlds: number},
