@@ -38,6 +38,7 @@ EVERYWHERE = {
     403: "The token's role, or the page the request came from, does not allow this.",
     404: "Something that was named does not exist.",
     409: "Not possible as things stand, or the store cannot be used now.",
+    414: "The address is too long.",
     421: "The request was meant for another host.",
     422: "What was given cannot be used; the detail says why.",
     429: "Too much at once; wait as Retry-After says.",
@@ -116,7 +117,7 @@ def _complete(operation: dict[str, Any]) -> None:
     refusals = dict(EVERYWHERE)
     if "requestBody" in operation:
         refusals |= WITH_BODY
-    if any(one["name"] == "If-Match" for one in operation.get("parameters", [])):
+    if any(one["name"].lower() == "if-match" for one in operation.get("parameters", [])):
         refusals |= MATCHED
     for status, why in refusals.items():
         operation["responses"][str(status)] = {

@@ -43,7 +43,7 @@ PROBLEM: Mapping[str, Any] = {
 
 STATUS: tuple[tuple[type[StudioError], int, str], ...] = (
     (NotFoundError, 404, "Not found"),
-    (BusyError, 503, "Too much at once"),
+    (BusyError, 429, "Too much at once"),
     (ConflictError, 409, "Not possible now"),
     (InvalidInputError, 422, "Invalid input"),
     (StorageError, 409, "Storage problem"),
@@ -91,7 +91,7 @@ def install(app: FastAPI) -> None:
     async def studio_error(_: Request, error: StudioError) -> Response:
         status, title = standing_of(error)
         response = problem_response(status, title, str(error))
-        if status == 503:
+        if status == 429:
             response.headers["Retry-After"] = str(RETRY_S)
         return response
 
@@ -112,6 +112,8 @@ def install(app: FastAPI) -> None:
     async def http_error(request: Request, error: HTTPException) -> Response:
         title = HTTPStatus(error.status_code).phrase
         detail = str(error.detail)
+        if error.status_code == 400 and not error.headers:  # only bodies that are no JSON
+            return problem_response(422, "Invalid input", "The body is no JSON in UTF-8.")
         headers = dict(error.headers or {})
         if error.status_code == 405:
             headers["Allow"] = _methods(request)

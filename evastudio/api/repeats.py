@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import time
 
 from starlette.concurrency import run_in_threadpool
@@ -19,6 +20,7 @@ from evastudio.live.answers import Answer, Answers, digest_of
 HEADER = "idempotency-key"
 REPLAYED = "idempotency-replayed"
 MOST_KEY = 200
+KEY = re.compile(rf"[!-~]{{1,{MOST_KEY}}}")
 MOST_ANSWER_BYTES = 1_000_000
 """Larger answers are not kept, and what gave them is done again."""
 
@@ -35,8 +37,8 @@ class Repeats:
         if given is None or scope["method"] != "POST":
             await self._app(scope, receive, send)
             return
-        if not 0 < len(given) <= MOST_KEY or not given.isascii() or not given.isprintable():
-            detail = f"An Idempotency-Key has 1 to {MOST_KEY} plain characters."
+        if not KEY.fullmatch(given):
+            detail = f"An Idempotency-Key has 1 to {MOST_KEY} plain characters and no blanks."
             await problem_response(422, "Invalid input", detail)(scope, receive, send)
             return
         body = await _whole(receive)
