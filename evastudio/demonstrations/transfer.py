@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from sqlalchemy import Connection, func, insert, select, update
+from sqlalchemy import Connection, Table, func, insert, select, update
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import count_on, reading, writing
@@ -14,17 +14,20 @@ from evastudio.errors import ConflictError
 TOGETHER = 64
 """Rows read and written at once; some hold a megabyte."""
 
+LEFT_OUT = (schema.store, schema.tokens, schema.answers)
+"""Tokens open the studio that gave them out, not its copies; answers are for who asked just now."""
+
 Progress = Callable[[float, str], None]
 
 
 def copy_store(source: Store, target: Store, progress: Progress) -> dict[str, int]:
-    """Copy every row of `source` into `target`, all or nothing; how many of each table.
+    """Copy what `source` holds into `target`, all or nothing; how many rows of each table.
 
     Others go on writing into `source`; what they write from now on is not copied. `target` is
     afterwards the same store under the same identity. Raises ConflictError where it is not empty.
     """
     copied: dict[str, int] = {}
-    tables = [table for table in schema.metadata.sorted_tables if table is not schema.store]
+    tables = _tables()
     with reading(source.engine) as old, writing(target.engine) as new:
         _check_empty(new)
         rows = {
@@ -61,7 +64,11 @@ def _check_empty(connection: Connection) -> None:
 
 
 def _holds(connection: Connection) -> str | None:
-    for table in schema.metadata.sorted_tables:
-        if table is not schema.store and connection.execute(select(table).limit(1)).first():
+    for table in _tables():
+        if connection.execute(select(table).limit(1)).first():
             return table.name
     return None
+
+
+def _tables() -> list[Table]:
+    return [table for table in schema.metadata.sorted_tables if table not in LEFT_OUT]

@@ -2,7 +2,7 @@
 
 A zip of `backup.json`, which says what it is, `studio.db`, the store in SQLite whatever it was
 kept in, and the folders of a workspace. So a store moves between databases, and anybody can look
-inside. Pictures can be drawn again and are left out, and so is what waits to be saved.
+inside. Pictures can be drawn again and are left out, and so are tokens and what waits to be saved.
 """
 
 from __future__ import annotations
