@@ -11,12 +11,13 @@ export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
 	bench-motion bench-crowd bench-real bench-scaling bench-store bench-street bench-rl \
-	bench-reproduction paper soak pictures chromium postgres clean
+	bench-reproduction paper soak pictures chromium postgres nginx \
+	clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
 
-test: $(VENV)/.dev chromium postgres
+test: $(VENV)/.dev chromium postgres nginx
 	$(BIN)/python -m pytest
 
 lint: $(VENV)/.dev
@@ -106,6 +107,13 @@ postgres:
 	       && apt-get install -y -q --no-install-recommends postgresql; } \
 	  || { echo "The tests need PostgreSQL 13 or newer: install it, with initdb on the path." >&2; \
 	       exit 1; }
+
+# The proxy that a test puts in front of the studio; the service Debian would start is not wanted.
+nginx:
+	@PATH="$$PATH:/usr/sbin" command -v nginx >/dev/null 2>&1 \
+	  || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1 && apt-get update -q \
+	       && apt-get install -y -q --no-install-recommends nginx-light; } \
+	  || { echo "The tests need nginx: install it." >&2; exit 1; }
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
@@ -139,13 +139,19 @@ def start_studio(tmp_path: Path) -> Iterator[Callable[..., Studio]]:
                 studio.process.stdout.close()
 
 
-def launch(workspace: Workspace, python: str = sys.executable, **environment: str) -> Studio:
+def launch(
+    workspace: Workspace,
+    python: str = sys.executable,
+    arguments: Sequence[str] = (),
+    **environment: str,
+) -> Studio:
     """A studio on a free port, once it listens."""
     process = subprocess.Popen(
         [
             *(python, "-m", "evastudio", "studio", "--port", "0", "--no-browser", "--json"),
             *("--workspace", str(workspace.root)),
             *(() if workspace.store is None else ("--store", workspace.store)),
+            *arguments,
         ],
         stdout=subprocess.PIPE,
         text=True,
