@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import pytest
 
 import evastudio
+from benchmarks.local_cluster import LocalCluster
 from evastudio.demonstrations.store import Store
 from evastudio.evaluation.paper import Extent
 from evastudio.evaluation.studies import Study, save_study
@@ -73,3 +75,21 @@ def test_tables_and_pictures_are_files_that_say_who_flew(
     kept = json.loads((folder / "paper.json").read_text(encoding="utf-8"))
     assert kept["tables"]["3"] == told["tables"]["3"]
     assert {str(folder / name) for name in ("paper.md", "paper.json")} <= set(told["files"])
+
+
+def test_two_workers_of_a_cluster_cross_the_same_fields(
+    made: tuple[Path, dict[str, Any]], tmp_path: Path
+) -> None:
+    folder, _ = made
+    cluster = LocalCluster(tmp_path)
+    with contextlib.closing(cluster):
+        cluster.work(2)
+        evastudio.paper(
+            Workspace(tmp_path / "work"),
+            tmp_path / "out",
+            extent=SMALL,
+            cluster=cluster.address,
+            clock=lambda: 0.0,
+        )
+    for name in ("crossing.svg", "paths.svg", "actions.svg"):
+        assert (tmp_path / "out" / name).read_bytes() == (folder / name).read_bytes(), name
