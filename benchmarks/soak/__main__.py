@@ -12,7 +12,10 @@ import sys
 from collections.abc import Mapping
 from importlib import import_module
 
-PARTS: Mapping[str, str] = {"hour": "benchmarks.soak.hour"}
+PARTS: Mapping[str, str] = {
+    "kills": "benchmarks.soak.kills",
+    "hour": "benchmarks.soak.hour",
+}
 """Names for --only, and the modules that hold them, in the order in which they run. Each has a
 function `run(quick: bool, seed: int) -> bool`: it prints its figures, writes its section of
 docs/reliability.md unless `quick`, and says whether what is required held."""

@@ -25,7 +25,7 @@ from evastudio.demonstrations.spill import Spill
 from evastudio.demonstrations.spill_file import BEGIN, FINISH, PAIRS, RESTORE, TRASH, Entry
 from evastudio.demonstrations.store import Store, pack_pairs
 from evastudio.demonstrations.unsaved import Writing
-from evastudio.errors import NotFoundError
+from evastudio.errors import NotFoundError, StudioError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
@@ -328,7 +328,8 @@ class Recorder:
                 logger.warning("%s", error)
             except Exception as error:  # whatever it is, the person must be told
                 if self._failure is None:
-                    logger.warning("A take could not be written", exc_info=error)
+                    seen = None if isinstance(error, StudioError) else error
+                    logger.warning("A take could not be written: %s", error, exc_info=seen)
                 self._failure = str(error)
                 self._spill.sync()
                 return
