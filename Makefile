@@ -1,18 +1,20 @@
 # make run | test | lint | bench | bench-crossing | bench-baselines | bench-conflicts |
 # bench-motion | bench-crowd | bench-real | bench-store | bench-street | bench-rl |
-# bench-reproduction | paper | soak: each sets up what it needs in .venv first.
+# bench-reproduction | paper | soak | lock | audit: each sets up what it needs in .venv first.
 
 VENV ?= .venv
 PYTHON ?= python3
 BIN := $(VENV)/bin
 export PYTHONDONTWRITEBYTECODE = 1
+# What is installed for development and CI, to the version; `make LOCK= test` takes the newest.
+LOCK ?= -c constraints.txt
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
 	bench-motion bench-crowd bench-real bench-scaling bench-store bench-street bench-rl \
 	bench-reproduction paper soak pictures chromium postgres nginx \
-	clean
+	lock audit clean
 
 run: $(VENV)/.installed
 	$(BIN)/evastudio
@@ -90,6 +92,26 @@ pictures: $(VENV)/.dev chromium
 	EVASTUDIO_PICTURES=docs/images $(BIN)/python -m pytest tests/browser/test_flight.py \
 	  tests/browser/test_crowd.py tests/browser/test_comparing.py
 
+# The newest versions that go together, into constraints.txt.
+lock:
+	rm -rf $(VENV)-lock
+	$(PYTHON) -m venv $(VENV)-lock
+	$(VENV)-lock/bin/python -m pip install -q --upgrade pip
+	$(VENV)-lock/bin/python -m pip install -q -e '.[dev,bench]'
+	head -n 1 constraints.txt > constraints.new
+	$(VENV)-lock/bin/python -m pip freeze --exclude-editable >> constraints.new
+	mv constraints.new constraints.txt
+	rm -rf $(VENV)-lock
+
+# Whether any of them has a known weakness; asks the registry, before every release.
+audit: $(VENV)-audit/.installed
+	$(VENV)-audit/bin/pip-audit --strict --no-deps --disable-pip -r constraints.txt
+
+$(VENV)-audit/.installed:
+	$(PYTHON) -m venv $(VENV)-audit
+	$(VENV)-audit/bin/python -m pip install -q pip-audit
+	touch $@
+
 # Debian's package where it can be installed, else Playwright's own.
 chromium: $(VENV)/.dev
 	@command -v chromium >/dev/null 2>&1 \
@@ -123,12 +145,12 @@ $(VENV)/.installed: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install -q -e .
 	touch $@
 
-$(VENV)/.dev: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m pip install -q -e '.[dev]'
+$(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
+	$(BIN)/python -m pip install -q $(LOCK) -e '.[dev]'
 	touch $@ $(VENV)/.installed
 
 $(VENV)/.bench: $(VENV)/.dev
-	$(BIN)/python -m pip install -q -e '.[bench]'
+	$(BIN)/python -m pip install -q $(LOCK) -e '.[bench]'
 	touch $@
 
 $(VENV)/.rl: $(VENV)/.dev
@@ -142,4 +164,4 @@ $(VENV)-imitation/.installed:
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(VENV)-imitation build dist .mypy_cache .ruff_cache .pytest_cache
+	rm -rf $(VENV) $(VENV)-imitation $(VENV)-audit build dist .mypy_cache .ruff_cache .pytest_cache
