@@ -26,6 +26,7 @@ from sqlalchemy import func, insert, select, text
 
 from benchmarks.report import ROOT, commit, where_and_when, write_section
 from evastudio.demonstrations import schema
+from evastudio.demonstrations.packing import MOVING, pack
 from evastudio.demonstrations.store import Store
 from evastudio.learning.compiled import ensure_compiled
 from evastudio.live import headless
@@ -114,9 +115,6 @@ def fill(source: Store, target: Store, pairs: int) -> None:
 
 def _split(store: Store, take: int) -> Iterator[dict[str, object]]:
     """The chunks of a take as they were while it ran: six steps each."""
-    from evastudio.demonstrations.packing import pack
-    from evastudio.demonstrations.store import MOVING
-
     data = store.load_take(take)
     for first in range(0, len(data.actions), 6):
         some = slice(first, first + 6)
@@ -172,7 +170,8 @@ def measure(place: Workspace, empty: Workspace) -> Found:
 
 
 def _load(store: Store, session: int) -> int:
-    return sum(len(store.load_take(take.id).actions) for take in store.takes(session))
+    takes = store.takes(session)
+    return sum(len(data.actions) for data in store.load_takes([take.id for take in takes]))
 
 
 def _timed(work: Callable[[], object]) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from sqlalchemy import Connection, Row, delete, insert, select
 
 from evastudio.demonstrations import schema
-from evastudio.demonstrations.packing import pack, unpack
+from evastudio.demonstrations.engine import IN_BYTES
+from evastudio.demonstrations.packing import pack, unpack, unpack_joined
 from evastudio.errors import ConflictError, StorageError
 from evastudio.world.snapshot import AnyArray
 
@@ -50,7 +53,7 @@ def _holds(connection: Connection, take: int, first_step: int, steps: int, packe
         return True
     begins = first_step - row.first_step
     try:
-        old, new = (unpack(data, f"recording of take {take}") for data in (row.arrays, packed))
+        old, new = (unpack(data, _recording(take)) for data in (row.arrays, packed))
     except StorageError:
         return False
     return old.keys() == new.keys() and all(
@@ -61,12 +64,18 @@ def _holds(connection: Connection, take: int, first_step: int, steps: int, packe
     )
 
 
-def read_chunks(connection: Connection, take: int) -> dict[str, AnyArray]:
-    """What was recorded in a take, leading axis steps; nothing where it has no pairs.
+def read_chunks(connection: Connection, takes: Sequence[int]) -> dict[int, dict[str, AnyArray]]:
+    """What was recorded in each of `takes`, leading axis steps; without those that have no pairs.
 
     Raises StorageError where a chunk is damaged.
     """
-    return _joined(_rows(connection, take), take)
+    chunks = schema.chunks
+    query = select(chunks.c.take_id, chunks.c.arrays).where(chunks.c.take_id.in_(takes))
+    query = query.order_by(chunks.c.take_id, chunks.c.first_step).execution_options(**IN_BYTES)
+    parts: dict[int, list[bytes]] = {}
+    for take, arrays in connection.execute(query):
+        parts.setdefault(take, []).append(arrays)
+    return {take: unpack_joined(some, _recording(take)) for take, some in parts.items()}
 
 
 def join_chunks(connection: Connection, take: int) -> None:
@@ -76,7 +85,7 @@ def join_chunks(connection: Connection, take: int) -> None:
         if len(rows) == 1:
             continue
         try:
-            packed = pack(_joined(rows, take))
+            packed = pack(unpack_joined([row.arrays for row in rows], _recording(take)))
         except StorageError:
             continue
         first, last = rows[0].first_step, rows[-1].first_step
@@ -111,13 +120,5 @@ def _groups(
     return groups
 
 
-def _joined(rows: list[Row[tuple[int, int, bytes]]], take: int) -> dict[str, AnyArray]:
-    parts = [unpack(row.arrays, f"recording of take {take}") for row in rows]
-    if not parts:
-        return {}
-    try:
-        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    except (KeyError, ValueError) as error:
-        raise StorageError(
-            f"The recording of take {take} is damaged: its chunks do not fit together ({error})."
-        ) from None
+def _recording(take: int) -> str:
+    return f"recording of take {take}"

@@ -21,7 +21,7 @@ from sqlalchemy import (
     select,
     text,
 )
-from sqlalchemy.engine import make_url
+from sqlalchemy.engine import ExecutionContext, make_url
 from sqlalchemy.exc import ArgumentError, DatabaseError, DataError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as PoolTimeoutError
 
@@ -50,6 +50,10 @@ LOST = {
 """libpq's settings by which a server that is gone is known to be, in s, and the last in ms."""
 STORE_LOCK = 0x65766173
 """Of those who make or change tables on a PostgreSQL server, one at a time holds this."""
+
+
+IN_BYTES = {"in_bytes": True}
+"""Execution options of a query for much that is packed: it need not travel as text."""
 
 
 def open_engine(url: str) -> Engine:
@@ -196,7 +200,9 @@ def _engine(url: URL, shown: str) -> Engine:
             f"The session store {shown!r} needs the package psycopg; install it with "
             "pip install 'evastudio[postgres]'."
         ) from None
-    if not _is_server(engine):
+    if _is_server(engine):
+        event.listen(engine, "before_cursor_execute", _ask_in_bytes)
+    else:
         event.listen(engine, "connect", _tune_sqlite)
     return engine
 
@@ -245,6 +251,16 @@ def _check_texts(
                 raise InvalidInputError(
                     f"The text {value[:40]!r} holds the character NUL; leave it out."
                 )
+
+
+def _ask_in_bytes(
+    _: Connection, cursor: Any, __: str, ___: object, context: ExecutionContext, ____: bool
+) -> None:
+    """psycopg asks for text otherwise, in which a byte has two letters."""
+    if context.execution_options.get("in_bytes"):
+        from psycopg.pq import Format
+
+        cursor.format = Format.BINARY
 
 
 def _tune_sqlite(connection: object, _: object) -> None:

@@ -11,8 +11,8 @@ import numpy as np
 from sqlalchemy import func, select
 
 from evastudio.demonstrations import schema
-from evastudio.demonstrations.packing import unpack
-from evastudio.demonstrations.store import LARGEST_ID, MOVING, Store
+from evastudio.demonstrations.packing import MOVING, unpack
+from evastudio.demonstrations.store import LARGEST_ID, Store
 from evastudio.errors import NotFoundError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot

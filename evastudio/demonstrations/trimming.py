@@ -9,9 +9,9 @@ from sqlalchemy import insert, select, update
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import writing
-from evastudio.demonstrations.packing import pack
+from evastudio.demonstrations.packing import MOVING, pack
 from evastudio.demonstrations.records import RECORDED, Origin
-from evastudio.demonstrations.store import MOVING, Store, next_number
+from evastudio.demonstrations.store import Store, next_number
 from evastudio.errors import InvalidInputError
 
 

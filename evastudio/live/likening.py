@@ -36,13 +36,15 @@ def shown_in(
         if takes is None:
             takes = [take.id for take in known if take.pairs and not take.trashed]
         features = []
-        for take in (take for take in known if take.id in takes):
+        chosen = [take for take in known if take.id in takes]
+        contents = store.load_takes([take.id for take in chosen])
+        for take in chosen:
             if take.scene_version != scene.version:
                 raise ConflictError(
                     f"Take {take.number} of session {record.name!r} was made in version "
                     f"{take.scene_version} of the scene, which is now version {scene.version}."
                 )
-            place, data = kind(**take.options), store.load_take(take.id)
+            place, data = kind(**take.options), next(contents)
             clear = place.clearance(data.snapshots)
             features.append(path_features(place, Flight(data.snapshots, data.actions, clear)))
     if not features:

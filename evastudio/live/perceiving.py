@@ -90,13 +90,12 @@ def see_session(
     scene = kind()
     names = [scene.perception(name).name for name in perceptions]
     parts: list[list[SeenTake]] = [[] for _ in names]
-    for take in store.takes(session.id):
-        if take.pairs:
-            scene = kind(**take.options)
-            data = store.load_take(take.id)
-            for part, name in zip(parts, names, strict=True):
-                view = scene.perception(name)
-                part.append(see_take(view, data.snapshots, data.actions, take.id))
+    takes = [take for take in store.takes(session.id) if take.pairs]
+    for take, data in zip(takes, store.load_takes([take.id for take in takes]), strict=True):
+        scene = kind(**take.options)
+        for part, name in zip(parts, names, strict=True):
+            view = scene.perception(name)
+            part.append(see_take(view, data.snapshots, data.actions, take.id))
     if not any(parts):
         raise InvalidInputError(
             f"Session {session.name!r} has no pairs: no take is kept. Record a take first."

@@ -139,10 +139,8 @@ def marked_takes(
     mark = mark_field(place)
     given = (place.action.low[mark] + place.action.high[mark]) / 2
     readings, marks = [], []
-    for take in store.takes(session.id):
-        if not take.pairs:
-            continue
-        data = store.load_take(take.id)
+    takes = [take for take in store.takes(session.id) if take.pairs]
+    for take, data in zip(takes, store.load_takes([take.id for take in takes]), strict=True):
         seconds = np.arange(float(len(data.actions))) * place.dt_s
         told = read(kind(**take.options), data.snapshots, seconds, names)
         readings.append(np.stack([of_lead(data.snapshots, told[name]) for name in names], axis=1))

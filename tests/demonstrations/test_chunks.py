@@ -37,6 +37,15 @@ def part(scene: Scene, first: int) -> tuple[AnyArray, AnyArray, dict[str, AnyArr
     return rng.normal(size=(STEPS, 4)), rng.normal(size=(STEPS, 2)), moving
 
 
+def short(scene: Scene) -> dict[str, AnyArray]:
+    return {name: array[:2] for name, array in part(scene, 0)[2].items()}
+
+
+def begin_like(store: Store, scene: Scene, take: int) -> int:
+    session, fixed = store.take(take).session, scene.worlds([3]).fixed
+    return store.begin_take(session, scene, "canonical", 3, "test", fixed, 1.0)
+
+
 def append(store: Store, scene: Scene, take: int, count: int) -> TakeData:
     for first in range(0, count * STEPS, STEPS):
         store.append(take, first, *part(scene, first))
@@ -65,6 +74,23 @@ def test_a_take_that_has_ended_is_the_same_in_few_chunks(
     for name in before.snapshots.moving:
         assert np.array_equal(before.snapshots[name], after.snapshots[name])
     assert store.take(take).pairs == 150
+
+
+def test_takes_are_read_together_as_one_by_one(store: Store, scene: Scene, take: int) -> None:
+    others = [begin_like(store, scene, take) for _ in range(20)]
+    for number, one in enumerate(others):
+        append(store, scene, one, 1 + number % 3)
+    store.append(others[1], 12, *(one[:2] for one in part(scene, 12)[:2]), short(scene))
+    wanted = others[::-1]
+    for one, data in zip(wanted, store.load_takes(wanted), strict=True):
+        alone = store.load_take(one)
+        assert np.array_equal(data.states, alone.states)
+        assert len(data.actions) == store.take(one).pairs
+        assert all(
+            np.array_equal(data.snapshots[n], alone.snapshots[n]) for n in alone.snapshots.moving
+        )
+    with pytest.raises(NotFoundError, match=f"no take {take}"):
+        list(store.load_takes([others[0], take]))
 
 
 def test_pairs_written_again_are_there_once(store: Store, scene: Scene, take: int) -> None:
