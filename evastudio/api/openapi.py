@@ -13,10 +13,11 @@ from pydantic.json_schema import models_json_schema
 
 from evastudio.api import bodies
 from evastudio.api.models.asking import DecisionsOut, ExplanationsOut
+from evastudio.api.models.pairs import PairsOut
 from evastudio.api.models.takes import RecordingOut
 from evastudio.api.problems import PROBLEM
 
-ADDED: tuple[type[BaseModel], ...] = (DecisionsOut, ExplanationsOut, RecordingOut)
+ADDED: tuple[type[BaseModel], ...] = (DecisionsOut, ExplanationsOut, RecordingOut, PairsOut)
 """Answers that are written by hand, for they can be arrays."""
 REFS = "#/components/schemas/{model}"
 TAGS = {

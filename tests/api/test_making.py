@@ -155,3 +155,25 @@ def test_takes_are_paged_in_order(studio: Studio) -> None:
     first = studio.client.get(url, params={"limit": 1}).json()
     assert first["items"] == whole[:1]
     assert (first["next"] is None) == (len(whole) == 1)
+
+
+def test_the_pairs_of_a_session_are_downloaded_as_learners_see_them(studio: Studio) -> None:
+    made = headless.record(
+        studio.workspace, "asteroids", "scripted:human", minutes=0.2, session="Pairs", seed=4
+    )
+    url = f"{API}/sessions/{made['session']}/pairs"
+    plain = studio.client.get(url).json()
+    assert len(plain["states"]) == len(plain["actions"]) == made["pairs"]
+    assert (plain["steps"][:3], any(plain["conflicts"])) == ([0, 1, 2], False)
+    lines = studio.client.get(url, params={"format": "csv"}).text.splitlines()
+    assert len(lines) == made["pairs"] + 1
+    assert lines[0].split(",") == ["take", "step", "conflict", *plain["state"], *plain["action"]]
+    arrays = studio.client.get(url, params={"format": "npz", "perception": "canonical"})
+    with np.load(io.BytesIO(arrays.content), allow_pickle=False) as loaded:
+        assert loaded["takes"].tolist() == plain["takes"]
+    tag = arrays.headers["etag"]
+    studio.client.post(f"{API}/takes/{plain['takes'][0]}/trash")
+    again = studio.client.get(
+        url, params={"format": "npz", "perception": "canonical"}, headers={"If-None-Match": tag}
+    )
+    assert again.status_code in {200, 422}

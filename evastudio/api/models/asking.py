@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from evastudio.api.models.common import Model, Seed, at_most
+from evastudio.api.models.common import Given, Model, Seed, at_most
 from evastudio.api.models.takes import Row, Step
 
 MOST_ASKED = 20_000
@@ -16,14 +16,14 @@ MOST_EXPLAINED = 2000
 States = Annotated[list[Row], Field(min_length=1), at_most(MOST_ASKED)]
 
 
-class MomentsIn(Model):
+class MomentsIn(Given):
     """Moments of a take to decide in, whatever the policy perceives of them."""
 
     take: Annotated[int, Field(ge=1, lt=2**31)]
     steps: Annotated[list[Step], Field(min_length=1), at_most(MOST_ASKED)]
 
 
-class DecideIn(Model):
+class DecideIn(Given):
     """Either states, or moments of a take."""
 
     states: States | None = None
@@ -47,7 +47,7 @@ class DecisionsOut(Model):
     """The symbols that the actions are; None where they are numbers."""
 
 
-class ExplainIn(Model):
+class ExplainIn(Given):
     states: Annotated[list[Row], Field(min_length=1), at_most(MOST_EXPLAINED)]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from evastudio.api.models.common import Model, Name
+from evastudio.api.models.common import Given, Model, Name
 
 
 class ClipFileOut(Model):
@@ -31,6 +31,6 @@ class ClipsOut(Model):
     """Why the choices cannot be read, or None."""
 
 
-class ClipIn(Model):
+class ClipIn(Given):
     file: Name
     clip: Name

@@ -35,6 +35,12 @@ class Model(BaseModel):
     model_config = ConfigDict(from_attributes=True, extra="forbid")
 
 
+class Given(Model):
+    """What a client gives: of the types that are asked for, not of what could be made into them."""
+
+    model_config = ConfigDict(strict=True)
+
+
 class Page(BaseModel, Generic[T]):
     """A part of a list of things."""
 

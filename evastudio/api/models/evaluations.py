@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
-from evastudio.api.models.common import Model, Name, Options, Seed
+from evastudio.api.models.common import Given, Model, Name, Options, Seed
 
 
-class EvaluateIn(Model):
+class EvaluateIn(Given):
     scene: Name
     policies: Annotated[list[Name], Field(min_length=1, max_length=20)]
     """Policies, scripted demonstrators or other pilots, by name."""

@@ -6,16 +6,16 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, Field
 
-from evastudio.api.models.common import Model, Name, PolicyName
+from evastudio.api.models.common import Given, Name, PolicyName
 
 
-class EntryIn(Model):
+class EntryIn(Given):
     policy: Name
     when: Annotated[str, Field(min_length=1, max_length=400)] | None = None
     """Text of the condition; none for the last."""
 
 
-class SwitchIn(Model):
+class SwitchIn(Given):
     name: PolicyName
     entries: Annotated[list[EntryIn], Field(min_length=2, max_length=16)]
     perception: Name | None = None

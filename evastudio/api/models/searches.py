@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from evastudio.api.models.common import Model, Name, Options, PolicyName, Seed
+from evastudio.api.models.common import Given, Name, Options, PolicyName, Seed
 
 
-class SearchIn(Model):
+class SearchIn(Given):
     """As `evastudio search`: PEGASUS, with no demonstration."""
 
     scene: Name

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from evastudio.api.models.common import Delay, Model, Name, Options, PolicyName, Seed
+from evastudio.api.models.common import Delay, Given, Model, Name, Options, PolicyName, Seed
 
 
-class SessionIn(Model):
+class SessionIn(Given):
     scene: Name
     name: Name
     demonstrator: Name = "person"
@@ -39,7 +39,7 @@ class SessionOut(Model):
     cleaning: CleaningOut | None
 
 
-class CleanIn(Model):
+class CleanIn(Given):
     perception: Name | None = None
     n_neighbors: Annotated[int, Field(ge=1, le=1000)] | None = None
     threshold: Annotated[float, Field(gt=0.0, le=10.0)] | Literal["auto"] | None = None
@@ -51,7 +51,7 @@ class PreviewIn(CleanIn):
     """So many of the conflicts are told with what they were compared with."""
 
 
-class RecordIn(Model):
+class RecordIn(Given):
     scene: Name
     pilot: Name = "scripted:careful"
     """A scripted demonstrator."""
@@ -65,7 +65,7 @@ class RecordIn(Model):
     """Moments are marked when this condition begins or ceases to hold."""
 
 
-class ImportIn(Model):
+class ImportIn(Given):
     files: Annotated[list[Name], Field(min_length=1, max_length=100)]
     """Recordings of the workspace, by name."""
     scene: Name = "street"
@@ -77,17 +77,17 @@ class ImportIn(Model):
     credit: Name | None = None
 
 
-class TuneIn(Model):
+class TuneIn(Given):
     learner: Name | None = None
     perception: Name | None = None
 
 
-class DiagnoseIn(Model):
+class DiagnoseIn(Given):
     perception: Name | None = None
     delay: Delay = "auto"
 
 
-class FitIn(Model):
+class FitIn(Given):
     learner: Name | None = None
     perception: Name | None = None
     settings: Annotated[dict[Name, Any], Field(default_factory=dict, max_length=100)]

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, Field, FiniteFloat
 
-from evastudio.api.models.common import Model, Name, Options, Seed
+from evastudio.api.models.common import Given, Name, Options, Seed
 
 
-class StageIn(Model):
+class StageIn(Given):
     scene: Name
     options: Options
     session: int | None = None
@@ -28,7 +28,7 @@ class StageOut(BaseModel):
 FromMiddle = Annotated[float, Field(ge=-1, le=1)]
 
 
-class CommandIn(Model):
+class CommandIn(Given):
     """What a person does on a stage."""
 
     name: Literal[
@@ -73,11 +73,17 @@ class CommandIn(Model):
     """Whether to begin again in the same world."""
     signal: Name | None = None
     """Of the scene's signals, the one to give."""
-    pointer: tuple[FromMiddle, FromMiddle, Annotated[float, Field(gt=0, le=100)]] | None = None
+    pointer: (
+        Annotated[
+            tuple[FromMiddle, FromMiddle, Annotated[float, Field(gt=0, le=100)]],
+            Field(strict=False),
+        ]
+        | None
+    ) = None
     """Where in the view it is meant: across and up, from -1 to 1, and its width over its height."""
 
 
-class KeysIn(Model):
+class KeysIn(Given):
     """Exactly these keys are held."""
 
     held: Annotated[list[Annotated[str, Field(max_length=40)]], Field(max_length=40)]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, FiniteFloat
 
-from evastudio.api.models.common import Model, Name, Options, Seed, at_most
+from evastudio.api.models.common import Given, Model, Name, Options, Seed, at_most
 from evastudio.live.enacting import MOST_STEPS
 
 Step = Annotated[int, Field(ge=0, lt=2**31)]
@@ -39,7 +39,7 @@ class TakeOut(Model):
     trashed: bool
 
 
-class TakeIn(Model):
+class TakeIn(Given):
     pilot: Annotated[str, Field(min_length=1, max_length=80)] = "program"
     """Who acts, for people who read the list of takes."""
     seed: Seed | None = None
@@ -50,7 +50,7 @@ class TakeIn(Model):
     Snapshots are kept too, so a policy can be fitted under another one."""
 
 
-class ActionsIn(Model):
+class ActionsIn(Given):
     first_step: Step
     """The step that the first action is for: how many the take has so far."""
     actions: Rows | Crowd

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, FiniteFloat
 
-from evastudio.api.models.common import Model, Name, Options, Seed, at_most
+from evastudio.api.models.common import Given, Model, Name, Options, Seed, at_most
 from evastudio.live.batch import MOST_STEPS, MOST_WORLDS
 from evastudio.live.worlds import PROGRAM
 
@@ -17,7 +17,7 @@ Blocks = Annotated[list[Rows], at_most(MOST_STEPS)]
 Steps = Annotated[list[Blocks], at_most(MOST_STEPS)]
 
 
-class WorldsIn(Model):
+class WorldsIn(Given):
     scene: Name
     seeds: Seeds
     """One world for each, the same as anywhere else in the studio."""
@@ -30,17 +30,17 @@ class WorldsIn(Model):
     """The program's name, as its takes will tell it."""
 
 
-class ResetIn(Model):
+class ResetIn(Given):
     seeds: Seeds
 
 
-class StepIn(Model):
+class StepIn(Given):
     actions: Rows | Blocks | Steps
     """(worlds, m) or (steps, worlds, m); where many act (worlds, characters, m) or (steps, worlds,
     characters, m), or (worlds, m) for the leads alone while the others rest."""
 
 
-class PlayIn(Model):
+class PlayIn(Given):
     pilot: Name
     """A policy or another pilot of the studio."""
     steps: Annotated[int, Field(ge=1, le=MOST_STEPS)] = 1
