@@ -14,6 +14,7 @@ from importlib import import_module
 
 PARTS: Mapping[str, str] = {
     "kills": "benchmarks.soak.kills",
+    "load": "benchmarks.soak.load",
     "hour": "benchmarks.soak.hour",
 }
 """Names for --only, and the modules that hold them, in the order in which they run. Each has a

@@ -124,7 +124,7 @@ class Recorder:
 
     @property
     def backlog(self) -> int:
-        """How much waits to be written: chunks, beginnings and ends of takes."""
+        """How many chunks wait to be written."""
         return self._kept - self._written
 
     @property
@@ -279,9 +279,9 @@ class Recorder:
         if take.begin is None:
             return  # of a take without pairs there is no trace
         if kind == PAIRS and take.kept == 0:
-            self._kept += self._spill.put(take.begin, take.begin)
+            self._spill.put(take.begin, take.begin)
         if self._spill.put(Entry(kind, take.key, values, data), take.begin):
-            self._kept += 1
+            self._kept += kind == PAIRS
         else:
             take.broken = kind == PAIRS
             self._broken_off = "The take ends here: there is no room for it on any disk."
@@ -334,5 +334,5 @@ class Recorder:
                 self._spill.sync()
                 return
             self._spill.done()
-            self._written += 1
+            self._written += entry.kind == PAIRS
         self._failure = None
