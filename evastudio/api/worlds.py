@@ -121,12 +121,15 @@ def play_worlds(worlds: str, body: PlayIn, studio: Studio, form: Form = "json") 
     response_class=Response,
     responses={200: {"description": "The snapshot.", "content": {NPZ: BINARY}}},
 )
-def save_worlds(worlds: str, studio: Studio) -> Response:
-    """Everything about the worlds now, to go on from: `fixed.NAME` and `moving.NAME` of the
-    snapshot, `seeds`, `steps`, what a pilot that plays remembers, and what it is all about."""
+def save_worlds(worlds: str, studio: Studio, fixed: bool = False) -> Response:
+    """Everything about the worlds now, to go on from: `moving.NAME` of the snapshot, `seeds`,
+    `steps`, what a pilot that plays remembers, and what it is all about.
+
+    With `fixed` also what never changes in a world, `fixed.NAME`: it follows from the seeds.
+    """
     batch = studio.worlds.get(worlds)
     named = {"Content-Disposition": f'attachment; filename="worlds-{batch.name}.npz"'}
-    return Response(npz(batch.save().arrays()), media_type=NPZ, headers=named)
+    return Response(npz(batch.save().arrays(fixed=fixed)), media_type=NPZ, headers=named)
 
 
 async def _snapshot_body(request: Request) -> bytes:

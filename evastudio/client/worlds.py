@@ -98,9 +98,10 @@ class HeadlessWorlds:
         """Let a policy, or another pilot of the studio, decide for some steps; none is recorded."""
         return self._told("POST", "/play", {"pilot": pilot, "steps": steps})
 
-    def save(self) -> bytes:
-        """Everything about them now, an npz file to `restore`."""
-        return self._connection.send("GET", f"{self._path}/snapshot").content
+    def save(self, *, fixed: bool = False) -> bytes:
+        """Everything about them now, an npz file to `restore`; with `fixed` also what never
+        changes in a world, and follows from its seed."""
+        return self._connection.send("GET", f"{self._path}/snapshot", {"fixed": fixed}).content
 
     def restore(self, saved: bytes) -> Seen:
         """Go on from what was saved, of worlds of the same scene and options."""

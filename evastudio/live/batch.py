@@ -168,9 +168,12 @@ class Batch:
                 )
             begun = self._made(saved.seeds)
             moving = checked_like(saved.snapshot.moving, begun.moving, "snapshot")
-            fixed = checked_like(saved.snapshot.fixed, begun.fixed, "snapshot")
-            if any((fixed[name] != array).any() for name, array in begun.fixed.items()):
-                raise InvalidInputError("The worlds of the snapshot are not those of its seeds.")
+            if saved.snapshot.fixed:
+                fixed = checked_like(saved.snapshot.fixed, begun.fixed, "snapshot")
+                if any((fixed[name] != array).any() for name, array in begun.fixed.items()):
+                    raise InvalidInputError(
+                        "The worlds of the snapshot are not those of its seeds."
+                    )
             moving = {name: np.array(array) for name, array in moving.items()}
             snapshot = Snapshot(begun.fixed, moving)
             try:
@@ -279,7 +282,7 @@ class Batch:
             chosen = self.view.to_world(of_lead(worlds.going, frame) if leads else frame, chosen)
         if leads:
             chosen = for_all(self.scene, worlds.going, chosen)
-        return self._sound(chosen)
+        return self.scene.action.clip(chosen)
 
     def _sound(self, chosen: Array) -> Array:
         sound = self.scene.action.check(chosen.reshape(-1, chosen.shape[-1]), "actions chosen")

@@ -31,11 +31,14 @@ class Saved:
     memory: Mapping[str, AnyArray] | None = None
     """What the pilot remembers of the worlds that go on."""
 
-    def arrays(self) -> dict[str, AnyArray]:
-        """As arrays by name; `about` holds JSON as bytes."""
+    def arrays(self, *, fixed: bool = False) -> dict[str, AnyArray]:
+        """As arrays by name; `about` holds JSON as bytes.
+
+        With what is `fixed` where that is wanted; it follows from the seeds, and may be large.
+        """
         about = json.dumps({"scene": self.scene, "pilot": self.pilot})
         named = {
-            FIXED: self.snapshot.fixed,
+            FIXED: self.snapshot.fixed if fixed else {},
             MOVING: self.snapshot.moving,
             MEMORY: self.memory or {},
         }
