@@ -116,17 +116,29 @@ class TreeSearch:
 
     def remove(self, numbers: Indices) -> None:
         """As `neighbors.Search` says."""
-        kept = ~np.isin(self._numbers, numbers)
-        self._waiting -= int((~kept[len(kept) - self._waiting :]).sum())
-        self._points, self._numbers = self._points[kept], self._numbers[kept]
-        gone = np.isin(self._tree.numbers, numbers)
-        self._tree.numbers[gone] = NONE
-        self._tree.leaves.transpose(0, 2, 1)[gone] = FAR
-        self._gone += int((~kept).sum())
+        lines = np.searchsorted(self._numbers, numbers)  # they ascend
+        self._waiting -= int((lines >= len(self._numbers) - self._waiting).sum())
+        self._points = np.delete(self._points, lines, axis=0)
+        self._numbers = np.delete(self._numbers, lines)
+        places = self._places_of(numbers)
+        self._tree.numbers.reshape(-1)[places] = NONE
+        leaves, lanes = np.divmod(places, self._tree.numbers.shape[1])
+        self._tree.leaves[leaves, :, lanes] = FAR
+        self._gone += len(lines)
         if self._gone * 2 > len(self._points):
             self._rebuild()
         else:
             self._pack_waiting()
+
+    def _places_of(self, numbers: Indices) -> Indices:
+        """Where the tree's leaves hold those of the points `numbers` that it has."""
+        if self._places is None:
+            held = self._tree.numbers.reshape(-1)
+            filled = np.flatnonzero(held != NONE)
+            self._places = np.full(self._slots, NONE, dtype=np.int64)
+            self._places[held[filled]] = filled
+        places = self._places[numbers[numbers < len(self._places)]]
+        return np.asarray(places[places != NONE])
 
     def _of_those_left(self, found: Any) -> Any:
         return found if len(self._numbers) == self._slots else found[self._numbers]
@@ -134,6 +146,7 @@ class TreeSearch:
     def _rebuild(self) -> None:
         self._tree: Tree = build_tree(self._points, self._numbers)
         self._slots = int(self._numbers[-1]) + 1
+        self._places: Indices | None = None
         self._waiting = self._gone = 0
         self._pack_waiting()
 
