@@ -19,6 +19,8 @@ from evastudio.cli import tokens  # isort: split
 
 from evastudio.cli import backups  # isort: split
 
+from evastudio.cli import doctoring  # isort: split
+
 from evastudio.cli import paper  # isort: split
 
 from evastudio.cli.app import app
@@ -27,6 +29,7 @@ from evastudio.errors import StudioError
 __all__ = [
     "app",
     "backups",
+    "doctoring",
     "evaluations",
     "learning",
     "main",
