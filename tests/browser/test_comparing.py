@@ -57,16 +57,21 @@ def test_a_designer_compares_and_opens_it_again(
     loaded = "image => image.decode().then(() => image.naturalWidth)"
     assert all(drawn.nth(i).evaluate(loaded) > 100 for i in range(4))
     page.screenshot(path=pictures / "compare.png")
-    page.locator("figure[data-picture=paths]").scroll_into_view_if_needed()
-    page.screenshot(path=pictures / "compare-pictures.png")
+
+    # At another density: the two evaluations become a curve.
+    page.locator("#option-density").fill("1")
+    page.locator("#evaluate").click()
+    expect(page.locator("#found-asked")).to_contain_text("rocks in the way 1")
+    expect(page.locator("figure[data-picture=crossing] img")).to_be_visible()
 
     page.locator("#again").click()
     expect(page.locator("#notice")).to_contain_text("came out the same again, in every world")
 
     page.goto(page.url.partition("#")[0])
-    page.locator("#earlier a").click()
+    expect(page.locator("#earlier a").first).to_contain_text("rocks in the way 1")
+    page.locator("#earlier a").last.click()
     expect(page.locator("#found-title")).to_contain_text("in the same 40 worlds")
-    expect(drawn).to_have_count(4)
+    expect(drawn).to_have_count(5)
     page.locator("#scene").select_option("crowd")
     expect(page.locator("#earlier-says")).to_have_text("Evaluations are kept here.")
     expect(page.get_by_label("crowd-shy")).to_be_visible()

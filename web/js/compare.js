@@ -1,6 +1,6 @@
 /** Puts the page that compares together: what is asked, what is under way, and what was found. */
 
-import { api } from "./api.js";
+import { Refusal, api } from "./api.js";
 import { asking, question } from "./asking.js";
 import { byId } from "./dom.js";
 import { earlier } from "./earlier.js";
@@ -125,6 +125,7 @@ async function open() {
   try {
     follow(await api.drawPictures(id));
   } catch (error) {
+    if (error instanceof Refusal && error.status === 403) return; // viewers see what is drawn
     store.set({ pictures: { ...drawn, left_out: error instanceof Error ? error.message : "" } });
   }
 }
