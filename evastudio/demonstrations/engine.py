@@ -86,6 +86,8 @@ def open_engine(url: str) -> Engine:
         raise
 
     def told(context: ExceptionContext) -> Exception | None:
+        if context.is_pre_ping:  # another connection takes the place of one that was cut
+            return None
         refused = (DataError, OverflowError, UnicodeEncodeError)
         if isinstance(context.sqlalchemy_exception or context.original_exception, refused):
             return InvalidInputError(

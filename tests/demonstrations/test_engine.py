@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import sys
 
 import pytest
 
+from evastudio.demonstrations import engine
 from evastudio.demonstrations.engine import parse_url
 from evastudio.demonstrations.store import Store
 from evastudio.errors import StorageError
@@ -67,6 +69,39 @@ def test_a_database_that_cannot_hold_every_name_is_refused(postgres: Postgres) -
     postgres.execute("CREATE DATABASE latin ENCODING 'LATIN1' LOCALE 'C' TEMPLATE template0")
     assert "ENCODING 'UTF8'" in refused(postgres.url("latin"))
     postgres.execute("DROP DATABASE latin")
+
+
+def test_a_connection_that_was_cut_is_made_again(postgres: Postgres, postgres_url: str) -> None:
+    with Store(postgres_url) as store:
+        assert store.sessions() == []
+        postgres.execute(
+            "SELECT pg_terminate_backend(pid, 5000) FROM pg_stat_activity "
+            f"WHERE datname = '{parse_url(postgres_url).database}'"
+        )
+        assert store.sessions() == []
+
+
+def test_a_table_that_somebody_locks_is_waited_for_and_then_told(
+    postgres: Postgres, postgres_url: str
+) -> None:
+    soon = "&options=-c%20lock_timeout%3D50"
+    with (
+        Store(postgres_url + soon) as store,
+        postgres.connect(str(parse_url(postgres_url).database)) as other,
+        other.transaction(),
+    ):
+        other.execute("LOCK TABLE sessions IN ACCESS EXCLUSIVE MODE")
+        with pytest.raises(StorageError, match="lock timeout"):
+            store.sessions()
+
+
+def test_a_pool_that_is_used_up_is_told(store_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine, "POOL_WAIT_S", 0.01)
+    with Store(store_url) as store, contextlib.ExitStack() as held:
+        for _ in range(engine.CONNECTIONS + engine.MORE_CONNECTIONS):
+            held.enter_context(store.engine.connect())
+        with pytest.raises(StorageError, match="all 32 connections"):
+            store.sessions()
 
 
 def test_without_the_driver_it_says_what_to_install() -> None:
