@@ -15,6 +15,8 @@ from websockets.exceptions import WebSocketException
 from benchmarks.soak.nursery import TOKEN, Child
 
 HEADERS = {"Authorization": f"Bearer {TOKEN}"}
+WAIT_S = 120.0
+"""For a studio to answer, on a machine that has other things to do."""
 SHORTEST_S = 0.6
 """A take that is ended lasts at least so long, so that it has pairs."""
 
@@ -36,10 +38,12 @@ class Flight:
     async def fly(self, studio: Child, seed: int) -> None:
         """Demonstrate in the session until the connection breaks."""
         body = {"scene": "asteroids", "options": {"density": 0.5}, "seed": seed}
-        async with httpx.AsyncClient(base_url=studio.url, headers=HEADERS, trust_env=False) as http:
-            stage = (
-                await http.post("/api/v1/stages", json={**body, "session": self.session})
-            ).json()
+        body["session"] = self.session
+        http = httpx.AsyncClient(
+            base_url=studio.url, headers=HEADERS, trust_env=False, timeout=WAIT_S
+        )
+        async with http:
+            stage = (await http.post("/api/v1/stages", json=body)).json()
         url = studio.url.replace("http", "ws") + stage["socket"]
         with contextlib.suppress(WebSocketException, OSError):
             async with connect(url, additional_headers=HEADERS, proxy=None) as socket:

@@ -27,7 +27,7 @@ import httpx
 import numpy as np
 
 from benchmarks.report import ROOT, commit, where_and_when, write_section
-from benchmarks.soak.flights import HEADERS, Flight
+from benchmarks.soak.flights import HEADERS, WAIT_S, Flight
 from benchmarks.soak.nursery import SESSION, Child, Nursery
 from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
@@ -180,7 +180,7 @@ async def _play(
     flying = [
         asyncio.create_task(flight.fly(studio, int(rng.integers(2**31)))) for flight in flights
     ]
-    await asyncio.wait_for(flights[0].recording.wait(), 30.0)
+    await asyncio.wait_for(flights[0].recording.wait(), WAIT_S)
     if number is signal.SIGTERM:  # a job runs, too
         address = f"{studio.url}/api/v1/sessions/1/tune"
         await asyncio.to_thread(httpx.post, address, json={}, headers=HEADERS, trust_env=False)

@@ -40,16 +40,19 @@ class Child:
     """Of a studio, without its token."""
 
     def __post_init__(self) -> None:
-        self._watch = os.pidfd_open(self.pid)
+        self._watch: int | None = os.pidfd_open(self.pid)
 
     def end(self, number: signal.Signals, wait_s: float = 30.0) -> float:
         """Send it that signal and return when it is gone; the seconds that took."""
+        if self._watch is None:
+            return 0.0
         began = time.monotonic()
         with contextlib.suppress(ProcessLookupError):
             signal.pidfd_send_signal(self._watch, number)
         gone = select.select([self._watch], [], [], wait_s)[0]
         assert gone, f"process {self.pid} is still there {wait_s:g} s after {number.name}"
         os.close(self._watch)
+        self._watch = None
         return time.monotonic() - began
 
 
@@ -60,6 +63,7 @@ class Nursery:
         """What the children complain of goes to the file `log`."""
         self._log = log.open("ab")
         self._turn = threading.Lock()
+        self._children: list[Child] = []
 
     def __enter__(self) -> Nursery:
         self._process = subprocess.Popen(
@@ -78,6 +82,8 @@ class Nursery:
         error: BaseException | None,
         at: TracebackType | None,
     ) -> None:
+        for child in self._children:
+            child.end(signal.SIGKILL)
         self._process.communicate()
         self._log.close()
 
@@ -95,7 +101,9 @@ class Nursery:
         with self._turn:
             self._process.stdin.write(json.dumps(asked) + "\n")
             self._process.stdin.flush()
-            return Child(**self._told())
+            child = Child(**self._told())
+            self._children.append(child)
+            return child
 
     def _told(self) -> dict[str, Any]:
         assert self._process.stdout is not None
