@@ -128,7 +128,8 @@ class Guard:
             return problem_response(403, "Not for viewers", REFUSAL)
         full = self._connections.full(person, websocket)
         if full is not None:
-            return _later(503, "Too much at once", full, limits.RETRY_S)
+            status, told = full
+            return _later(status, "Too much at once", told, limits.RETRY_S)
         return person
 
     async def _known(self, scope: Scope, shown: Credential) -> Person | Response | None:

@@ -35,8 +35,8 @@ class Connections:
         self._open: set[Connection] = set()
         self._looking: asyncio.Task[None] | None = None
 
-    def full(self, person: Person, socket: bool) -> str | None:
-        """Why no more can be taken on for `person` now, or None."""
+    def full(self, person: Person, socket: bool) -> tuple[int, str] | None:
+        """Status and sentence where no more can be taken on for `person` now, or None."""
         alike = [one for one in self._open if one.socket is socket]
         each, most = (
             (limits.SOCKETS_EACH, limits.SOCKETS_ALL)
@@ -44,10 +44,11 @@ class Connections:
             else (limits.REQUESTS_EACH, limits.REQUESTS_ALL)
         )
         if len(alike) >= most:
-            return "The studio is answering as much as it can at once. Try again in a moment."
+            return 503, "The studio answers as much as it can at once. Try again in a moment."
         if sum(one.person == person for one in alike) >= each:
             what = "connections" if socket else "requests"
-            return f"{each} {what} with this token are open at once; let some of them end first."
+            told = f"{each} {what} with this token are open at once; let some of them end first."
+            return 429, told
         return None
 
     @contextlib.contextmanager

@@ -131,7 +131,8 @@ def _checked(opened: zipfile.ZipFile, path: Path) -> tuple[dict[str, Any], list[
     if opened.getinfo(ABOUT).file_size > ABOUT_BYTES:
         raise foreign
     try:
-        about = json.loads(opened.read(ABOUT))
+        with opened.open(ABOUT) as told:
+            about = json.loads(told.read(ABOUT_BYTES))
         version = about["evastudio_backup"]
     except (ValueError, KeyError, TypeError):
         raise foreign from None

@@ -20,6 +20,8 @@ CHANNELS = {
     for index, axis in enumerate("XYZ")
 }
 MOST_BYTES = 64_000_000
+MOST_LETTERS = 2_000_000
+"""Of the hierarchy: two thousand for each joint there may be."""
 DEEPEST = 200
 
 
@@ -33,10 +35,15 @@ def read_bvh(data: bytes, name: str) -> Clip:
             f"{name!r} has {len(data)} bytes; a BVH file may have {MOST_BYTES}. Cut it first."
         )
     text = data.decode("utf-8", errors="replace")
-    start = re.search(r"^\s*MOTION\b", text, re.MULTILINE)
+    start = re.search(r"^[ \t]*MOTION\b", text, re.MULTILINE)  # \s would try every line from each
     if not re.match(r"\s*HIERARCHY\b", text) or start is None:
         raise InvalidInputError(
             f"{name!r} is no BVH file: it must begin with HIERARCHY and hold a line MOTION."
+        )
+    if start.start() > MOST_LETTERS:
+        raise InvalidInputError(
+            f"The hierarchy of {name!r} has {start.start()} letters; that of {MOST_JOINTS} joints "
+            f"needs no more than {MOST_LETTERS}."
         )
     hierarchy = _Hierarchy(name, text[: start.start()])
     width = sum(len(channels) for channels in hierarchy.channels)
@@ -57,15 +64,17 @@ def read_bvh(data: bytes, name: str) -> Clip:
             f"{name!r} claims {frames} frames of {width} numbers, more than its text can hold; it "
             "is cut off or damaged."
         )
+    words = body.split(None, frames * width)
+    if len(words) != frames * width:
+        held = "more" if len(words) > frames * width else str(len(words))
+        raise InvalidInputError(
+            f"{name!r} claims {frames} frames of {width} numbers, but holds {held} instead of "
+            f"{frames * width}."
+        )
     try:
-        numbers = np.array(body.split(), dtype=np.float64)
+        numbers = np.array(words, dtype=np.float64)
     except ValueError as error:
         raise InvalidInputError(f"A frame of {name!r} is not made of numbers ({error}).") from None
-    if numbers.size != frames * width:
-        raise InvalidInputError(
-            f"{name!r} claims {frames} frames of {width} numbers, but holds {numbers.size} "
-            f"numbers instead of {frames * width}."
-        )
     if not (np.abs(numbers) <= LARGEST).all():
         raise InvalidInputError(
             f"The frames of {name!r} hold NaN or infinite numbers, or some beyond {LARGEST:g}; "

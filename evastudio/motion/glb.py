@@ -21,6 +21,9 @@ from evastudio.world.spaces import Array
 
 MOST_BYTES = 64_000_000
 MOST_JSON = 16_000_000
+MOST_KEYED = 16_000_000
+"""Numbers of all key frames of a clip; several joints may share them, so the file's size says
+little."""
 RATE_HZ = 30.0
 """Clips are sampled so often, whatever their key frames."""
 LONGEST_S = 3600.0
@@ -70,7 +73,8 @@ class Glb:
             raise not_found(f"clip in {self._name!r}", name, self._animations)
         animation = self._animations[name]
         samplers = self._items(animation, "samplers")
-        tracks: list[tuple[int, str, Array, Array, str]] = []
+        tracks: dict[tuple[int, str], tuple[Array, Array, str]] = {}
+        keyed = 0
         for one in self._items(animation, "channels"):
             channel = self._entry(one, "a channel")
             target = self._entry(channel.get("target"), "a channel's target")
@@ -78,12 +82,17 @@ class Glb:
             if path not in PATHS or node is None:
                 continue
             sampler = self._entry(self._pick(samplers, channel.get("sampler"), "sampler"), "it")
-            times, values = self._track(sampler, PATHS[path])
             joint = self._place[self._index(node, len(self._place), "node")]
-            tracks.append((joint, path, times, values, str(sampler.get("interpolation"))))
+            if (joint, path) in tracks:
+                raise self._error(f"moves node {node} twice in its clip {name!r}")
+            times, values = self._track(sampler, PATHS[path])
+            keyed += times.size + values.size
+            if keyed > MOST_KEYED:
+                raise self._error(f"has more than {MOST_KEYED} numbers in its clip {name!r}")
+            tracks[joint, path] = times, values, str(sampler.get("interpolation"))
         if not tracks:
             raise self._error(f"moves no joint in its clip {name!r}")
-        length_s = max(float(times[-1]) for _, _, times, _, _ in tracks)
+        length_s = max(float(times[-1]) for times, _, _ in tracks.values())
         if not length_s <= LONGEST_S:
             raise self._error(f"has a clip {name!r} of {length_s:g} s; expected up to an hour")
         frames = max(2, math.ceil(length_s * RATE_HZ - 1e-3) + 1)
@@ -91,7 +100,7 @@ class Glb:
         moments = np.minimum(np.arange(frames) / RATE_HZ, length_s)
         translations = np.tile(self.skeleton.offsets, (frames, 1, 1))
         rotations = np.tile(self.skeleton.rests, (frames, 1, 1))
-        for joint, path, times, values, interpolation in tracks:
+        for (joint, path), (times, values, interpolation) in tracks.items():
             if path == "translation":
                 translations[:, joint] = sampled(times, values, moments, interpolation)
                 translations[:, joint] *= self._scales[joint]

@@ -168,9 +168,9 @@ def test_attack_as_many_requests_at_once_as_there_are(
             wire.sendall(head.encode())
         for _ in range(200):
             answer = httpx.get(f"{base}{API}/me", headers=BEARER, trust_env=False)
-            if answer.status_code == 503:
+            if answer.status_code == 429:
                 break
-        assert answer.status_code == 503
+        assert answer.status_code == 429
         assert int(answer.headers["retry-after"]) >= 1
         assert "3 requests" in answer.json()["detail"]
         for wire in held:
@@ -405,6 +405,7 @@ CLIP = bvh(walking(1.2, 0.2))
         ("a.bvh", CLIP.replace("Frames: ", "Frames: 9999999").encode()),
         ("a.bvh", CLIP.replace("OFFSET", "OFFSET nan", 1).encode()),
         ("a.bvh", b"HIERARCHY\nROOT a {" + b"JOINT a {" * 100_000 + b"\nMOTION\n"),
+        ("a.bvh", b"HIERARCHY\n" + b"\n" * 5_000_000),
         ("a.bvh", b"HIERARCHY\n" + b" " * 5_000_000 + b"MOTION"),
         ("a.glb", b"glTF" + struct.pack("<IIII", 2, 2**32 - 1, 2**32 - 1, 0x4E4F534A)),
         ("a.glb", b"glTF" + struct.pack("<IIII", 2, 20 + 100_000, 100_000, 0x4E4F534A)

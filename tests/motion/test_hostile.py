@@ -81,6 +81,23 @@ def test_a_broken_bvh_is_refused(text: str, match: str) -> None:
     refused(lambda: read_bvh(text.encode(), "bad.bvh"), match)
 
 
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("HIERARCHY\n" + "\n" * 3_000_000, "no BVH file"),
+        ("HIERARCHY\n" + " \n\t" * 1_000_000 + "MOTION", "letters"),
+        (ROOT + "OFFSET 0 0 0\n" * 300_000 + MOTION, "letters"),
+        (ROOT + MOTION + "1 " * 3_000_000, "holds more instead of 6"),
+        (ROOT + MOTION.replace("Frames: 2", "Frames: 3") + " " * 3_000_000, "holds 6 instead of 9"),
+        (ROOT + MOTION.replace("6", "6" * 1_000_000), "infinite"),
+    ],
+    ids=["lines", "blanks", "offsets", "numbers", "blanks at the end", "digits"],
+)
+def test_a_bvh_without_end_takes_no_time_and_little_memory(text: str, match: str) -> None:
+    """Quadratic, the first alone would take the better part of a day."""
+    refused(lambda: read_bvh(text.encode(), "bad.bvh"), match, megabytes=40.0)
+
+
 def test_a_bvh_of_many_bytes_is_refused_before_it_is_read() -> None:
     data = bytes(64_000_001)
     refused(lambda: read_bvh(data, "large.bvh"), "64000001 bytes")
@@ -185,6 +202,40 @@ def test_key_frames_that_cannot_be_played_are_refused(
     if match == "may have":  # an hour is 108,000 moments: too many for these joints
         fitting("short", 50_000, 15)
     refused(lambda: opened(keyed(values, at)), match)
+
+
+def test_key_frames_that_every_joint_shares_are_not_read_for_each() -> None:
+    """A few MB of key frames, named by a hundred joints, would be GBs."""
+    rows, joints = 200_000, 100
+    times = (np.arange(rows) * 1e-3).astype("<f4")
+    data = times.tobytes() + np.tile(np.float32([0, 0, 0, 1]), (rows, 1)).tobytes()
+    told = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"byteLength": len(data)}],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 4 * rows},
+            {"buffer": 0, "byteOffset": 4 * rows, "byteLength": 16 * rows},
+        ],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": rows, "type": "SCALAR"},
+            {"bufferView": 1, "componentType": 5126, "count": rows, "type": "VEC4"},
+        ],
+        "nodes": [{"name": f"joint {number}"} for number in range(joints)],
+        "animations": [
+            {
+                "name": "walk",
+                "samplers": [{"input": 0, "output": 1}],
+                "channels": [
+                    {"sampler": 0, "target": {"node": number, "path": "rotation"}}
+                    for number in range(joints)
+                ],
+            }
+        ],
+    }
+    refused(lambda: opened(packed(told, data)), "more than 16000000 numbers", megabytes=200.0)
+    twice = [{"sampler": 0, "target": {"node": 0, "path": "rotation"}}] * 1000
+    told["animations"][0]["channels"] = twice  # type: ignore[index]
+    refused(lambda: opened(packed(told, data)), "twice", megabytes=80.0)
 
 
 def test_a_clip_has_a_name_that_can_be_told() -> None:
