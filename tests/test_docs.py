@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import re
 import tomllib
+from typing import TYPE_CHECKING
 
+import httpx
 import typer.main
 
 from evastudio.cli import app
 from evastudio.workspace import shipped
+
+if TYPE_CHECKING:
+    from conftest import Studio
 
 ROOT = shipped()
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -62,3 +67,13 @@ def test_commands_in_the_readme_exist() -> None:
 def test_links_in_the_readme_lead_somewhere() -> None:
     for target in re.findall(r"\]\(([^)#]+)\)", README):
         assert (ROOT / target).exists(), target
+
+
+def test_the_examples_of_the_api_run_as_they_stand(studio: Studio) -> None:
+    text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    names: dict[str, object] = {"BASE": studio.base, "TOKEN": studio.token}
+    for example in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+        exec(example, names)
+    client = names["api"]
+    assert isinstance(client, httpx.Client)
+    client.close()

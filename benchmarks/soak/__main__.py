@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from importlib import import_module
 
 PARTS: Mapping[str, str] = {
+    "generated": "benchmarks.soak.generated",
     "kills": "benchmarks.soak.kills",
     "load": "benchmarks.soak.load",
     "hour": "benchmarks.soak.hour",
