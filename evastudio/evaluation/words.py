@@ -97,7 +97,9 @@ def _pair(pilots: Mapping[str, Any], found: Mapping[str, Any]) -> str:
         if name not in ("pilots", SUCCESS) and _sure(one)
     ]
     if not others:
-        return f"{first} In nothing else measured do they differ by more than luck would do."
+        return (
+            f"{first} No other difference is larger than luck makes in {ending['worlds']} worlds."
+        )
     return f"{first} In the same worlds, {ours} {_listed(others)}."
 
 
