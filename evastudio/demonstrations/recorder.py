@@ -120,7 +120,7 @@ class Recorder:
             return self._broken_off
         place = self._spill.place
         where = "in memory" if place is None else f"in the file {str(place)!r}"
-        return f"Recording goes on {where} until it can be saved; saving failed: {failure}"
+        return f"Recording goes on {where} until it can be saved. Saving failed: {failure}"
 
     @property
     def backlog(self) -> int:
@@ -330,9 +330,14 @@ class Recorder:
                 if self._failure is None:
                     seen = None if isinstance(error, StudioError) else error
                     logger.warning("A take could not be written: %s", error, exc_info=seen)
-                self._failure = str(error)
+                self._failure = _reason(error)
                 self._spill.sync()
                 return
             self._spill.done()
             self._written += entry.kind == PAIRS
         self._failure = None
+
+
+def _reason(error: Exception) -> str:
+    """Why a store refuses, in the words of its database where it has any."""
+    return " ".join(str(error.__cause__ or error).split()).rstrip(".") + "."

@@ -11,7 +11,7 @@ import { Keys } from "./keys.js";
 import { Link } from "./link.js";
 import { meaningOf } from "./meaning.js";
 import { MARK, notNow, session } from "./needs.js";
-import { attempt, notify } from "./notices.js";
+import { attempt, notify, withdraw } from "./notices.js";
 import { options } from "./options.js";
 import { others } from "./others.js";
 import { defaultPolicy, policies } from "./policies.js";
@@ -104,6 +104,7 @@ function onStatus(status) {
   if (moved && store.state.scene) {
     localStorage.setItem(remembered(store.state.scene.name), String(chosen));
   }
+  if (before?.problem && status.problem !== before.problem) withdraw(before.problem);
   if (status.problem && status.problem !== before?.problem) notify(status.problem, "error");
   if (before && status.can_undo && !before.can_undo) notify("The take is in the trash. U brings it back.");
   const counted =

@@ -10,10 +10,8 @@ const MOST = 4;
  * @param {"info" | "error"} [level]
  */
 export function notify(text, level = "info") {
+  withdraw(text);
   const list = byId("notice", HTMLElement);
-  for (const old of [...list.children]) {
-    if (old.querySelector("p")?.textContent === text) old.remove();
-  }
   const close = make("button", { type: "button", "aria-label": "Close this notice" }, "×");
   const notice = make("div", { class: `notice ${level}` }, make("p", { class: "grow" }, text), close);
   if (level === "error") notice.setAttribute("role", "alert");
@@ -21,6 +19,16 @@ export function notify(text, level = "info") {
   list.append(notice);
   while (list.children.length > MOST) list.firstElementChild?.remove();
   if (level === "info") setTimeout(() => notice.remove(), STAY_MS);
+}
+
+/**
+ * Take a notice back: what it says is over.
+ * @param {string} text
+ */
+export function withdraw(text) {
+  for (const old of [...byId("notice", HTMLElement).children]) {
+    if (old.querySelector("p")?.textContent === text) old.remove();
+  }
 }
 
 /**
