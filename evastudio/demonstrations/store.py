@@ -7,14 +7,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-import numpy as np
 from sqlalchemy import Connection, delete, func, insert, select, update
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.chunks import join_chunks, write_chunk
+from evastudio.demonstrations.cleanings import delete_cleaning, read_marks, write_cleaning
 from evastudio.demonstrations.contents import read_takes
 from evastudio.demonstrations.engine import open_engine, writing
 from evastudio.demonstrations.gathering import Gathering
+from evastudio.demonstrations.names import checked_name, checked_note
 from evastudio.demonstrations.packing import MOVING, pack
 from evastudio.demonstrations.records import (
     Marks,
@@ -25,17 +26,14 @@ from evastudio.demonstrations.records import (
     TakeRecord,
 )
 from evastudio.demonstrations.summaries import (
-    cleaning_query,
     session_records,
     take_record,
     takes_query,
 )
-from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.errors import NotFoundError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray
 
-NAME_LENGTH = 200
-NOTE_LENGTH = 2000
 LARGEST_ID = 2**31 - 1
 """What an Integer column holds in every database."""
 TAKES_READ = 16
@@ -77,10 +75,10 @@ class Store:
     ) -> int:
         """A new, empty session; its id. `now` in seconds since the epoch."""
         values = {
-            "name": _checked_name(name, "session"),
+            "name": checked_name(name, "session"),
             "scene": scene.name,
             "scene_version": scene.version,
-            "demonstrator": _checked_name(demonstrator, "demonstrator"),
+            "demonstrator": checked_name(demonstrator, "demonstrator"),
             "created_at": now,
             "made_by": made_by,
         }
@@ -179,7 +177,7 @@ class Store:
             **vars(new),
             "session_id": new.session,
             "options": json.dumps(dict(new.options)),
-            "pilot": _checked_name(new.pilot, "pilot"),
+            "pilot": checked_name(new.pilot, "pilot"),
             "origin": None if new.origin is None else json.dumps(asdict(new.origin)),
         }
         del values["session"]
@@ -335,50 +333,17 @@ class Store:
     ) -> int:
         """Put a cleaning in force; its id. Pairs are marked, never deleted."""
         with writing(self.engine) as connection:
-            result = connection.execute(
-                insert(schema.cleanings).values(
-                    session_id=session, created_at=now, settings=json.dumps(dict(settings))
-                )
-            )
-            cleaning = _new_id(result.inserted_primary_key)
-            rows = [
-                {
-                    "cleaning_id": cleaning,
-                    "take_id": take,
-                    "pairs": len(mask),
-                    "removed": int(mask.sum()),
-                    "mask": np.packbits(mask).tobytes(),
-                }
-                for take, mask in marks.items()
-            ]
-            if rows:
-                connection.execute(insert(schema.marks), rows)
-        return cleaning
+            return write_cleaning(connection, session, settings, marks, now)
 
     def undo_cleaning(self, session: int) -> bool:
         """Take the cleaning in force back; the one before it, if any, is in force again."""
         with writing(self.engine) as connection:
-            locked = cleaning_query(session).with_for_update()
-            cleaning = connection.execute(locked).scalar_one_or_none()
-            if cleaning is None:
-                return False
-            connection.execute(delete(schema.marks).where(schema.marks.c.cleaning_id == cleaning))
-            connection.execute(delete(schema.cleanings).where(schema.cleanings.c.id == cleaning))
-            return True
+            return delete_cleaning(connection, session)
 
     def marks(self, session: int) -> Marks:
         """The conflicts of the cleaning in force, by take; empty where there is none."""
         with self.engine.connect() as connection:
-            cleaning = connection.execute(cleaning_query(session)).scalar_one_or_none()
-            rows = connection.execute(
-                select(schema.marks).where(schema.marks.c.cleaning_id == cleaning)
-            ).all()
-        return {
-            row.take_id: np.unpackbits(np.frombuffer(row.mask, np.uint8), count=row.pairs).astype(
-                bool
-            )
-            for row in rows
-        }
+            return read_marks(connection, session)
 
 
 def next_number(connection: Connection, session: int) -> int:
@@ -398,26 +363,6 @@ def pack_pairs(states: AnyArray, actions: AnyArray, moving: Mapping[str, AnyArra
     """Pairs as a chunk of the store holds them; arrays as in `Store.append`."""
     arrays = {MOVING + name: array for name, array in moving.items()}
     return pack({"states": states, "actions": actions, **arrays})
-
-
-def checked_note(note: str) -> str:
-    """`note` without blanks around it. Raises InvalidInputError for one that cannot be kept."""
-    note = note.strip()
-    if len(note) > NOTE_LENGTH or any(not (sign.isprintable() or sign == "\n") for sign in note):
-        raise InvalidInputError(
-            f"The note has {len(note)} characters; it may have {NOTE_LENGTH}, all printable."
-        )
-    return note
-
-
-def _checked_name(name: str, what: str) -> str:
-    name = name.strip()
-    if not 0 < len(name) <= NAME_LENGTH or not name.isprintable():
-        raise InvalidInputError(
-            f"The name of a {what} is {name[:40]!r}; it must have 1 to {NAME_LENGTH} printable "
-            "characters."
-        )
-    return name
 
 
 def _new_id(key: Any) -> int:

@@ -120,6 +120,16 @@ def test_cleanings_mark_and_are_undone(store: Store, scene: Scene, session: int)
     assert not store.undo_cleaning(session)
 
 
+def test_a_cleaning_leaves_out_takes_that_were_deleted_meanwhile(
+    store: Store, scene: Scene, session: int
+) -> None:
+    gone, kept = (demonstrate(store, session, scene, seed, 5) for seed in (1, 2))
+    store.trash_take(gone, 3.0)
+    store.empty_trash(session)
+    store.save_cleaning(session, {}, dict.fromkeys((gone, kept), np.ones(5, dtype=bool)), 4.0)
+    assert list(store.marks(session)) == [kept]
+
+
 def test_sessions_are_found_by_id_and_by_name(store: Store, scene: Scene, session: int) -> None:
     assert store.session(session).name == "A session"
     assert store.session(str(session)).id == session
