@@ -12,9 +12,9 @@ from starlette.responses import Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from evastudio.api.limits import MOST_UPLOAD_BYTES
-from evastudio.api.problems import problem_response
+from evastudio.api.problems import problem_response, standing_of
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError, InvalidInputError, StudioError
+from evastudio.errors import StudioError
 from evastudio.live.answers import Answer, Answers, digest_of
 
 HEADER = "idempotency-key"
@@ -55,9 +55,7 @@ class Repeats:
         try:
             kept = await run_in_threadpool(self._answers.begin, key, digest, time.time())
         except StudioError as error:
-            status = 422 if isinstance(error, InvalidInputError) else 409
-            title = "Not possible now" if isinstance(error, ConflictError) else "Invalid input"
-            await problem_response(status, title, str(error))(scope, receive, send)
+            await problem_response(*standing_of(error), str(error))(scope, receive, send)
             return
         if kept is not None:
             replayed = Response(

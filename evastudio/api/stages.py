@@ -16,6 +16,7 @@ from evastudio.api.attendance import Attendance
 from evastudio.api.context import Context, Studio
 from evastudio.api.models.common import Page
 from evastudio.api.models.stages import CommandIn, KeysIn, StageIn, StageOut
+from evastudio.api.paging import NamedPage
 from evastudio.api.people import Visitor
 from evastudio.api.rights import REFUSAL
 from evastudio.errors import InvalidInputError, NotFoundError, StudioError
@@ -55,6 +56,12 @@ async def open_stage(body: StageIn, studio: Studio) -> StageOut:
 def list_stages(studio: Studio) -> Page[StageOut]:
     """The stages that are open now, the first opened first."""
     return Page(items=[_stage(stage) for stage in studio.stages.all()])
+
+
+@router.get("")
+def list_stages(studio: Studio, paging: NamedPage) -> Page[StageOut]:
+    """The stages that are open."""
+    return paging.page(studio.stages.all(), lambda stage: stage.name, _stage)
 
 
 @router.get("/{stage}")

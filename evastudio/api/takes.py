@@ -19,6 +19,7 @@ from evastudio.api.models.common import Page
 from evastudio.api.models.takes import (
     ActionsIn,
     EmptiedOut,
+    NoteIn,
     StandingOut,
     TakeIn,
     TakeOut,
@@ -107,6 +108,13 @@ def close_take(take: int, studio: Studio) -> StandingOut:
     """End a program's take. How its world ended is computed; none where it had not."""
     told = enacting.close_take(studio.workspace, studio.store, take, time.time())
     return StandingOut.model_validate(told)
+
+
+@router.put("/takes/{take}/note")
+def note_take(take: int, body: NoteIn, studio: Studio) -> TakeOut:
+    """Write what a person notes of a take, in place of what was noted before."""
+    studio.store.note_take(take, body.note)
+    return TakeOut.model_validate(studio.store.take(take))
 
 
 @router.post("/takes/{take}/trash")

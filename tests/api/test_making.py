@@ -148,6 +148,13 @@ def test_the_worlds_of_an_evaluation_are_downloaded_as_arrays(studio: Studio) ->
     assert again.status_code == 304
 
 
+def test_open_stages_are_listed_for_whoever_wants_to_watch(studio: Studio) -> None:
+    made = studio.client.post(f"{API}/stages", json={"scene": "asteroids"}).json()
+    assert made in studio.client.get(f"{API}/stages").json()["items"]
+    studio.client.delete(f"{API}/stages/{made['id']}")
+    assert made not in studio.client.get(f"{API}/stages").json()["items"]
+
+
 def test_takes_are_paged_in_order(studio: Studio) -> None:
     made = headless.record(studio.workspace, "asteroids", minutes=0.1, session="Few", seed=3)
     url = f"{API}/sessions/{made['session']}/takes"

@@ -203,3 +203,11 @@ def test_a_body_of_another_kind_is_refused(studio: Studio, session: int, kind: s
     )
     assert answer.status_code == 415
     assert NPZ in answer.json()["detail"]
+
+
+def test_a_note_is_kept_with_a_take(studio: Studio, session: int) -> None:
+    at = begin(studio, session)["take"]
+    answer = studio.client.put(f"{API}/takes/{at}/note", json={"note": " Too late at the rock. "})
+    assert answer.json()["note"] == "Too late at the rock."
+    assert studio.client.get(f"{API}/takes/{at}").json()["note"] == "Too late at the rock."
+    assert studio.client.put(f"{API}/takes/{10**6}/note", json={"note": ""}).status_code == 404

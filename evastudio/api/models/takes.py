@@ -37,6 +37,12 @@ class TakeOut(Model):
     started_at: float
     """Seconds since the epoch."""
     trashed: bool
+    note: str
+    """What a person wrote about it."""
+
+
+class NoteIn(Given):
+    note: Annotated[str, Field(max_length=2000)]
 
 
 class TakeIn(Given):
