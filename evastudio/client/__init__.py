@@ -10,7 +10,7 @@ from evastudio.client.evaluations import Evaluation
 from evastudio.client.jobs import Job
 from evastudio.client.policies import Explanations, Policy
 from evastudio.client.scenes import Field, Perception, Scene
-from evastudio.client.sessions import Cleaning, Session
+from evastudio.client.sessions import Cleaning, Pairs, Session
 from evastudio.client.studio import Studio
 from evastudio.client.takes import Recording, Take, TakeInProgress
 from evastudio.client.worlds import HeadlessWorlds, Seen, Stream
@@ -22,6 +22,7 @@ __all__ = [
     "Field",
     "HeadlessWorlds",
     "Job",
+    "Pairs",
     "Perception",
     "Policy",
     "Recording",

@@ -47,6 +47,10 @@ class Evaluations:
         """Raises NotFoundError."""
         return read(Evaluation, self._connection.get(f"/evaluations/{evaluation}"))
 
+    def again(self, evaluation: int) -> Job:
+        """Make it again; a job whose result says what differs, bit for bit."""
+        return read(Job, self._connection.post(f"/evaluations/{evaluation}/again"))
+
     def start(
         self,
         scene: str,

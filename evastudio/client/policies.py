@@ -135,4 +135,4 @@ class Policies:
         }
         if perception is not None:
             body["perception"] = perception
-        return read(Job, self._connection.post("/policies/switches", body))
+        return read(Job, self._connection.post("/switches", body))

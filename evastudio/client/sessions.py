@@ -6,6 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from evastudio.client.connection import Connection
 from evastudio.client.jobs import Job
 from evastudio.client.reading import read
@@ -48,6 +51,22 @@ class Session:
     cleaning: Cleaning | None
 
 
+@dataclass(frozen=True)
+class Pairs:
+    """The pairs of a session, as learners see them."""
+
+    states: NDArray[np.float64]
+    """(pairs, n)"""
+    actions: NDArray[np.float64]
+    """In the character's own frame, (pairs, m)."""
+    takes: NDArray[np.int64]
+    """The take of each, (pairs,)."""
+    steps: NDArray[np.int64]
+    """Its step there, (pairs,)."""
+    conflicts: NDArray[np.bool_]
+    """Whether cleaning marked it, (pairs,)."""
+
+
 class Sessions:
     """`studio.sessions`."""
 
@@ -71,6 +90,32 @@ class Sessions:
         body = {"scene": scene, "name": name, "demonstrator": demonstrator}
         return _session(self._connection.post("/sessions", body))
 
+    def record(
+        self,
+        scene: str,
+        pilot: str = "scripted:careful",
+        *,
+        minutes: float = 8.0,
+        seed: int = 0,
+        options: Mapping[str, float] | None = None,
+        name: str | None = None,
+    ) -> Job:
+        """Let a scripted demonstrator record a new session; a job whose result names it."""
+        body = {
+            "scene": scene,
+            "pilot": pilot,
+            "minutes": minutes,
+            "seed": seed,
+            "options": dict(options or {}),
+            **({} if name is None else {"session": name}),
+        }
+        return read(Job, self._connection.post("/demonstrations", body))
+
+    def pairs(self, session: int, *, perception: str | None = None) -> Pairs:
+        """The pairs of the kept takes, as a perception shows them."""
+        found = self._connection.arrays("GET", f"/sessions/{session}/pairs", perception=perception)
+        return read(Pairs, found)
+
     def clean(
         self,
         session: int,
@@ -88,6 +133,27 @@ class Sessions:
             n_neighbors=n_neighbors,
             threshold=threshold,
             delay=delay,
+        )
+
+    def preview_cleaning(
+        self,
+        session: int,
+        *,
+        perception: str | None = None,
+        n_neighbors: int | None = None,
+        threshold: float | Literal["auto"] | None = None,
+        delay: Delay = "auto",
+        worst: int | None = None,
+    ) -> Job:
+        """What cleaning would mark, the `worst` told in full; a job, and nothing is kept."""
+        return self._work(
+            session,
+            "clean/preview",
+            perception=perception,
+            n_neighbors=n_neighbors,
+            threshold=threshold,
+            delay=delay,
+            worst=worst,
         )
 
     def undo_cleaning(self, session: int) -> Session:

@@ -81,15 +81,22 @@ def test_a_take_goes_on_until_its_world_ends(far: Client) -> None:
 def test_work_is_followed_to_its_result_and_policies_are_asked(
     far: Client, studio: Studio, tmp_path: Path
 ) -> None:
-    made = headless.record(studio.workspace, "asteroids", minutes=0.3, session="For a client")
+    recorded = far.jobs.wait(far.sessions.record("asteroids", minutes=0.3, name="For a client"))
+    assert recorded.result is not None
+    made = recorded.result
     number = made["session"]
     told: list[client.Job] = []
+    preview = far.jobs.wait(far.sessions.preview_cleaning(number, delay="off", worst=3))
+    assert far.sessions.get(number).cleaning is None
     done = far.jobs.wait(far.sessions.clean(number, delay="off"), told.append)
     assert told[-1] == done == far.jobs.get(done.id)
     assert [job.progress for job in told] == sorted(job.progress for job in told)
     session = far.sessions.get(number)
     assert session.cleaning is not None
-    assert session.cleaning.removed == done.result["removed"]  # type: ignore[index]
+    assert done.result is not None
+    assert session.cleaning.removed == done.result["removed"] == preview.result["removed"]  # type: ignore[index]
+    pairs = far.sessions.pairs(number)
+    assert (len(pairs.states), pairs.conflicts.sum()) == (session.pairs, session.cleaning.removed)
     assert far.sessions.undo_cleaning(number).cleaning is None
     fitted = far.jobs.wait(
         far.sessions.fit(number, name="by-client", learner="knn", settings={"k": 3}, delay="off")
@@ -129,6 +136,13 @@ def test_work_is_followed_to_its_result_and_policies_are_asked(
     assert again.id in [job.id for job in far.jobs]
 
 
+def test_lists_are_read_page_after_page(far: Client) -> None:
+    for number in range(3):
+        far.sessions.create("street", f"Page {number}")
+    pages = far._connection.pages("/sessions", scene="street", limit=2)
+    assert [one["id"] for one in pages] == [one.id for one in far.sessions.of("street")]
+
+
 def test_a_job_that_fails_or_is_cancelled_is_an_error(far: Client, studio: Studio) -> None:
     made = headless.record(studio.workspace, "asteroids", minutes=0.2, session="Failing")
     job = far.sessions.fit(made["session"], learner="knn", settings={"k": -3})
@@ -147,6 +161,9 @@ def test_policies_are_compared(far: Client) -> None:
     done = far.jobs.wait(job)
     assert done.result is not None
     found = far.evaluations.get(done.result["evaluation"])
+    again = far.jobs.wait(far.evaluations.again(found.id))
+    assert again.result is not None
+    assert again.result["same"]
     assert set(found.result["pilots"]) == {"straight", "asteroids-careful"}
     assert found in list(far.evaluations.of("asteroids"))
 
