@@ -53,14 +53,8 @@ async def open_stage(body: StageIn, studio: Studio) -> StageOut:
 
 
 @router.get("")
-def list_stages(studio: Studio) -> Page[StageOut]:
-    """The stages that are open now, the first opened first."""
-    return Page(items=[_stage(stage) for stage in studio.stages.all()])
-
-
-@router.get("")
 def list_stages(studio: Studio, paging: NamedPage) -> Page[StageOut]:
-    """The stages that are open."""
+    """The stages that are open now, the first opened first."""
     return paging.page(studio.stages.all(), lambda stage: stage.name, _stage)
 
 
