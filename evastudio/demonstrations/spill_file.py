@@ -67,13 +67,16 @@ class SpillFile:
         except OSError:
             self.remove()
             raise
-        self._first = self._at = self.end
+        self._first = self._again = self._at = self.end
 
     def append(self, entry: Entry) -> None:
         """Raises OSError, and leaves the file as it was, where it cannot be written."""
+        leads = self.end == self._first
         self._append(entry.to_bytes())
         if entry.kind == BEGIN:
             self.keys.add(entry.key)
+            if leads:
+                self._again = self.end
 
     def _append(self, payload: bytes) -> None:
         frame = FRAME.pack(len(payload), zlib.crc32(payload)) + payload
@@ -98,13 +101,18 @@ class SpillFile:
         return _entry(os.pread(self._file, length, self._at + FRAME.size))
 
     def done(self) -> None:
-        """The first entry is in the store. A file without any other begins anew."""
+        """The first entry is in the store. A file without any other begins anew.
+
+        The beginning of a take stays there as long as that goes on: it is the largest entry.
+        """
         length, _ = FRAME.unpack(os.pread(self._file, FRAME.size, self._at))
         self._at += FRAME.size + length
         if self._at == self.end:
-            os.ftruncate(self._file, self._first)
-            self._at = self.end = self._first
-            self.keys.clear()
+            if len(self.keys) > 1:
+                self.keys.clear()
+                self._again = self._first
+            os.ftruncate(self._file, self._again)
+            self._at = self.end = self._again
 
     def close(self) -> None:
         os.close(self._file)

@@ -51,7 +51,14 @@ def test_entries_come_out_as_they_went_in_and_leave_nothing(tmp_path: Path) -> N
     assert drained(spill) == [FIRST, pairs(0)]
     assert spill.place.stat().st_size < full
     spill.put(pairs(1), FIRST)
-    assert drained(spill) == [FIRST, pairs(1)], "a file can be read without those before it"
+    assert read_spill(spill.place).entries == (FIRST, pairs(1)), "it can be read on its own"
+    assert drained(spill) == [pairs(1)]
+    other = Entry(BEGIN, "two", {"session": 1}, b"world")
+    spill.put(other, other)
+    assert drained(spill) == [other]
+    spill.put(pairs(2), FIRST)
+    assert read_spill(spill.place).entries == (FIRST, pairs(2))
+    assert drained(spill) == [FIRST, pairs(2)]
     assert spill.close() == ([], 0)
     assert not folder.exists()
 
