@@ -5,10 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from evastudio.demonstrations.names import checked_name
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, StorageError
+from evastudio.live.enacting import PROGRAM
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
@@ -24,9 +26,10 @@ class Demonstration:
     def __init__(
         self, store: Store, session: SessionRecord, pilot: str, clock: Callable[[], float]
     ) -> None:
-        """`pilot` is the program's name, as takes will tell it; `clock` gives epoch seconds."""
+        """`pilot` is the program's name; takes say that it is a program's. `clock` gives epoch
+        seconds. Raises InvalidInputError for a name that cannot be kept."""
         self.session = session
-        self.pilot = pilot
+        self.pilot = checked_name(PROGRAM + pilot, "pilot")
         self._recorder = Recorder(store, session.id)
         self._clock = clock
         self._ahead = 0

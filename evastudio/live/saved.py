@@ -60,7 +60,7 @@ class Saved:
             about = json.loads(arrays[ABOUT].tobytes().decode())
             scene, pilot = dict(about["scene"]), about["pilot"]
             seeds, steps = arrays["seeds"], arrays["steps"]
-        except (KeyError, ValueError, TypeError, AttributeError) as error:
+        except (KeyError, ValueError, TypeError, RecursionError) as error:
             raise InvalidInputError(
                 "The file is no snapshot of headless worlds (it lacks what it is about). Give one "
                 "as it was downloaded."

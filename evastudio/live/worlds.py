@@ -15,6 +15,8 @@ from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_pilot
 from evastudio.workspace import Workspace
 from evastudio.world.compiled import load
+from evastudio.world.rollout import Pilot
+from evastudio.world.scene import Scene
 
 MOST_OPEN = 32
 MOST_BYTES = 512 * 2**20
@@ -64,7 +66,7 @@ class Worlds:
                 secrets.token_hex(6),
                 made,
                 seeds,
-                pilots=lambda name: load_pilot(self._workspace, name, made),
+                pilots=lambda name: self._pilot(name, made),
                 perception=perception,
                 demonstration=demonstration,
             )
@@ -74,6 +76,12 @@ class Worlds:
                 demonstration.close()
             raise
         return batch
+
+    def _pilot(self, name: str, scene: Scene) -> Pilot:
+        """A pilot by its name; a path leads nowhere from here."""
+        if "/" in name or "\\" in name:
+            raise not_found("policy", name, [])
+        return load_pilot(self._workspace, name, scene)
 
     def _admit(self, batch: Batch) -> None:
         with self._lock:

@@ -41,7 +41,7 @@ def test_a_program_demonstrates_and_its_take_is_in_the_session(studio: Studio) -
     made, path = opened(studio, seeds=[4], session=session["id"], pilot="my planner")
     assert made["demonstrating"] == {
         "session": session["id"],
-        "pilot": "my planner",
+        "pilot": "program:my planner",
         "pairs": 0,
         "problem": None,
     }
@@ -52,7 +52,11 @@ def test_a_program_demonstrates_and_its_take_is_in_the_session(studio: Studio) -
     assert studio.client.get(path).json()["demonstrating"]["pairs"] == seen["steps"][0]
     assert studio.client.delete(path).status_code == 204
     (take,) = studio.client.get(f"{API}/sessions/{session['id']}/takes").json()["items"]
-    assert (take["pilot"], take["pairs"], take["seed"]) == ("my planner", seen["steps"][0], 4)
+    assert (take["pilot"], take["pairs"], take["seed"]) == (
+        "program:my planner",
+        seen["steps"][0],
+        4,
+    )
     assert studio.client.get(path).status_code == 404
 
 

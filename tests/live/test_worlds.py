@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -19,7 +20,7 @@ from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_pilot
 from evastudio.live.saved import Saved
 from evastudio.live.worlds import Worlds
-from evastudio.workspace import Workspace
+from evastudio.workspace import Workspace, shipped
 from evastudio.world.rollout import roll_out
 from evastudio.world.snapshot import AnyArray, Snapshot, stack
 from evastudio.world.spaces import Array
@@ -147,7 +148,7 @@ def test_what_a_program_does_is_a_take_that_replays_exactly(
     batch.step(np.zeros((5, 1, 2)))
     worlds.close(batch.name)
     whole, broken_off = store.takes(session)
-    assert (whole.pilot, whole.seed, whole.pairs) == ("planner 2", 7, seen.steps[0])
+    assert (whole.pilot, whole.seed, whole.pairs) == ("program:planner 2", 7, seen.steps[0])
     assert whole.outcome == scene.outcomes[seen.outcomes[0]]
     assert (broken_off.seed, broken_off.pairs, broken_off.outcome) == (8, 5, None)
     for take in (whole, broken_off):
@@ -185,6 +186,8 @@ def test_a_demonstration_is_of_one_world_of_its_sessions_scene(
         worlds.open("asteroids", [1], session=session)
     with pytest.raises(InvalidInputError, match="a demonstration is of one world"):
         worlds.open("crowd", [1, 2], session=session)
+    with pytest.raises(InvalidInputError, match="printable"):
+        worlds.open("crowd", [1], session=session, pilot="\n<script>")
     assert worlds.all() == []
 
 
@@ -229,6 +232,7 @@ def changed(arrays: Mapping[str, AnyArray], **other: AnyArray | None) -> dict[st
         ({"steps": np.array([0.5])}, "one int64"),
         ({"about": None}, "no snapshot"),
         ({"about": np.frombuffer(b"[]", np.uint8)}, "no snapshot"),
+        ({"about": np.frombuffer(b"[" * 10**5, np.uint8)}, "no snapshot"),
         ({"about": np.frombuffer(b'{"scene": {}, "pilot": 3}', np.uint8)}, "pilot"),
         ({"about": np.frombuffer(b'{"scene": {}, "pilot": null}', np.uint8)}, "same options"),
     ],
@@ -242,6 +246,18 @@ def test_what_is_no_moment_of_the_worlds_is_refused(
     with pytest.raises(InvalidInputError, match=says):
         batch.restore(Saved.of(changed(arrays, **wrong)))
     assert same(batch.observe().arrays(), before.arrays())
+
+
+def test_a_pilot_is_called_by_its_name_and_never_by_a_path(worlds: Worlds) -> None:
+    batch = worlds.open("asteroids", [1])
+    path = str(shipped() / "policies" / "asteroids-careful.safetensors")
+    with pytest.raises(NotFoundError):
+        batch.play(path)
+    arrays = batch.save().arrays()
+    about = json.loads(arrays["about"].tobytes())
+    arrays["about"] = np.frombuffer(json.dumps({**about, "pilot": path}).encode(), np.uint8)
+    with pytest.raises(NotFoundError):
+        batch.restore(Saved.of(arrays))
 
 
 def test_a_made_up_memory_is_refused(worlds: Worlds) -> None:

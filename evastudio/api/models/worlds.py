@@ -26,8 +26,8 @@ class WorldsIn(Given):
     """What states are of; the scene's first where none is named."""
     session: Annotated[int, Field(ge=1)] | None = None
     """What the program does in the one world becomes takes of this session."""
-    pilot: Name = PROGRAM
-    """The program's name, as its takes will tell it."""
+    pilot: Annotated[str, Field(min_length=1, max_length=80)] = PROGRAM
+    """The program's name; its takes say that it is a program's."""
 
 
 class ResetIn(Given):
