@@ -71,11 +71,11 @@ class Settings:
 
 def _public(url: str) -> str:
     """`url` as browsers write an origin. Raises InvalidInputError."""
-    parts = urlsplit(url)
     try:
+        parts = urlsplit(url)
         name, port = parts.hostname, parts.port
-    except ValueError:
-        name, port = None, None
+    except ValueError:  # half an IPv6 address, a port that is none
+        parts, name, port = urlsplit(""), None, None
     if (
         parts.scheme not in {"http", "https"}
         or not name

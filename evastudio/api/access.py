@@ -24,17 +24,19 @@ from evastudio.api.throttle import Throttle
 from evastudio.errors import StudioError
 from evastudio.live.tokens import cookie_of
 
+SHUT = "frame-ancestors 'self'; base-uri 'none'; form-action 'none'; object-src 'none'"
 PAGE_POLICY = (
-    "default-src 'self'; img-src 'self' data: blob:; frame-ancestors 'self'; base-uri 'none'; "
-    "form-action 'none'; object-src 'none'"
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+    f"connect-src 'self'; frame-src 'self'; {SHUT}"
 )
 VIEW_POLICY = (
-    "default-src 'self' data: blob:; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob:; "
-    "style-src 'self' 'unsafe-inline'; connect-src 'self' data: blob:; worker-src blob:; "
-    "frame-ancestors 'self'; base-uri 'none'; form-action 'none'; object-src 'none'"
+    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; "
+    "style-src 'unsafe-inline'; img-src 'self' data: blob:; font-src data:; "
+    f"connect-src 'self' data: blob:; worker-src blob:; {SHUT}"
 )
-"""viser's client is one page with its scripts inside, and one of them compiles more; it may talk
-to this server alone."""
+"""viser's client is one page that unpacks its scripts and styles from itself, and one of them is
+WebAssembly. It would rather make some code from text, too, and does without. It may talk to this
+server alone."""
 
 
 class Guard:

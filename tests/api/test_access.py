@@ -61,7 +61,7 @@ def test_the_printed_address_gives_a_cookie_and_leaves_the_token_out(studio: Stu
     value = cookie.partition(";")[0]
     page = bare(studio, "GET", "/", {"Cookie": value})
     assert page.status_code == 200
-    assert "default-src 'self'" in page.headers["content-security-policy"]
+    assert "default-src 'none'" in page.headers["content-security-policy"]
     assert page.headers["x-content-type-options"] == "nosniff"
 
 

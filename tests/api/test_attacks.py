@@ -218,6 +218,44 @@ def test_attack_script_in_the_printed_address(studio: Studio) -> None:
         assert 'content="0; url=/' in answer.text
 
 
+def test_attack_code_made_from_text(studio: Studio, stage: Mapping[str, str]) -> None:
+    """No page of the studio may make code from text, nor load any from elsewhere."""
+    for path in ("/", "/compare", stage["view"]):
+        policy = studio.client.get(path).headers["content-security-policy"]
+        assert policy.startswith("default-src 'none'; ")
+        assert "'unsafe-eval'" not in policy
+        assert "http" not in policy
+        assert "*" not in policy
+    assert "unsafe" not in studio.client.get("/").headers["content-security-policy"]
+
+
+def test_attack_a_cookie_on_the_way(tmp_path: Path) -> None:
+    """Behind TLS the cookie never travels in the clear, and no neighbour's host can set it."""
+    with within(tmp_path / "studio", public_url="https://studio.example") as base:
+        public = {"Host": "studio.example"}
+        with httpx.Client(base_url=base, trust_env=False) as client:
+            answer = client.get(f"/?token={TOKEN}", headers=public)
+            cookie = answer.headers["set-cookie"]
+            assert cookie.startswith("__Host-evastudio-")
+            for part in ("Secure", "HttpOnly", "SameSite=strict", "Path=/"):
+                assert part in cookie
+            assert "Domain" not in cookie
+            shown = {**public, "Cookie": cookie.partition(";")[0]}
+            body = {"scene": "asteroids", "name": "By proxy"}
+            for origin, code in (
+                ("https://studio.example", 201),
+                ("http://studio.example", 403),
+                ("https://studio.example:8443", 403),
+                ("https://evil.studio.example", 403),
+            ):
+                answer = client.post(
+                    f"{API}/sessions", json=body, headers={**shown, "Origin": origin}
+                )
+                assert answer.status_code == code, origin
+            local = client.get(f"/?token={TOKEN}").headers["set-cookie"]
+            assert "Secure" not in local
+
+
 # -- guessing ----------------------------------------------------------------------------------
 
 
