@@ -56,7 +56,7 @@ class Rescue:
             try:
                 for found in take_in(self._store, self._folders):
                     logger.warning(
-                        "%d pairs of %d takes that could not be saved before are saved now.",
+                        "%d pairs of %d takes that were not known to be saved are saved now.",
                         found.pairs,
                         found.takes,
                     )
