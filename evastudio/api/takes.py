@@ -157,7 +157,9 @@ def get_recording(
         steps = {f"moving.{name}": one for name, one in data.snapshots.moving.items()}
         return npz({**arrays, **shared, **steps})
 
-    etag = etag_of("recording", studio.store.identity, take, record.pairs, form)
+    etag = etag_of(
+        "recording", studio.store.identity, take, record.seed, record.origin, record.pairs, form
+    )
     kind = JSON if form == "json" else NPZ
     return download(request, etag, f"take-{take}.{form}", kind, content)
 
