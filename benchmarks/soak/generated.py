@@ -23,6 +23,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import httpx
 
@@ -34,8 +35,10 @@ CASES = 10_000
 EXAMPLES = 110
 """For each operation, beside those that cover every bound of its parameters."""
 HOOKS = "benchmarks.soak.npz_bodies"
-CANCEL_S = 0.5
-"""Between looks for jobs that generated requests began; they would run for hours."""
+TIDY_S = 0.5
+"""Between looks for jobs that generated requests began, which would run for hours, and stages."""
+STAGES = 4
+"""Of those that are open so many are left so."""
 SETTINGS = """
 request-timeout = 30.0
 suppress-health-check = ["all"]
@@ -132,16 +135,25 @@ def furnish(studio: Running) -> None:
 
 
 @contextmanager
-def jobs_cancelled(studio: Running) -> Iterator[None]:
-    """Meanwhile jobs are ended soon after they began."""
+def tidied(studio: Running) -> Iterator[None]:
+    """Meanwhile jobs are ended soon after they began, and only the newest stages stay open."""
     over = threading.Event()
 
     def watch() -> None:
         with studio.client() as client:
-            while not over.wait(CANCEL_S):
-                for job in client.get("/jobs", params={"limit": 1000}).json().get("items", []):
+
+            def found(what: str) -> list[dict[str, Any]]:
+                items: list[dict[str, Any]] = client.get(what, params={"limit": 1000}).json()[
+                    "items"
+                ]
+                return items
+
+            while not over.wait(TIDY_S):
+                for job in found("/jobs"):
                     if job["state"] in {"queued", "running"}:
                         client.delete(f"/jobs/{job['id']}")
+                for stage in found("/stages")[:-STAGES]:
+                    client.delete(f"/stages/{stage['id']}")
 
     watcher = threading.Thread(target=watch, daemon=True)
     watcher.start()
@@ -159,7 +171,7 @@ def generate(
     settings = folder / "schemathesis.toml"
     settings.write_text(SETTINGS)
     began = time.monotonic()
-    with jobs_cancelled(studio):
+    with tidied(studio):
         done = subprocess.run(
             [
                 *(sys.executable, "-m", "schemathesis.cli", "--config-file", str(settings)),
