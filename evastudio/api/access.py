@@ -30,13 +30,12 @@ PAGE_POLICY = (
     f"connect-src 'self'; frame-src 'self'; {SHUT}"
 )
 VIEW_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; "
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; "
     "style-src 'unsafe-inline'; img-src 'self' data: blob:; font-src data:; "
     f"connect-src 'self' data: blob:; worker-src blob:; {SHUT}"
 )
-"""viser's client is one page that unpacks its scripts and styles from itself, and one of them is
-WebAssembly. It would rather make some code from text, too, and does without. It may talk to this
-server alone."""
+"""viser's client is one page that unpacks its scripts and styles from itself, and one of them makes
+more from text. It may talk to this server alone."""
 
 
 class Guard:
