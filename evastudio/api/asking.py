@@ -44,7 +44,7 @@ def _answers(model: str) -> dict[int | str, dict[str, object]]:
     max_body_size=MOST_UPLOAD_BYTES,
     response_class=Response,
     responses=_answers("DecisionsOut"),
-    openapi_extra=body_of(DecideIn, {"states": [[0.0] * 10]}),
+    openapi_extra=body_of(DecideIn, {"states": [[0.0] * 6]}),
 )
 def decide(
     name: str,
@@ -81,7 +81,7 @@ def decide(
     max_body_size=MOST_UPLOAD_BYTES,
     response_class=Response,
     responses=_answers("ExplanationsOut"),
-    openapi_extra=body_of(ExplainIn, {"states": [[0.0] * 10]}),
+    openapi_extra=body_of(ExplainIn, {"states": [[0.0] * 6]}),
 )
 def explain(
     name: str,

@@ -5,14 +5,18 @@ The same with ten thousand generated requests: `make soak ONLY=generated`.
 
 from __future__ import annotations
 
+import pkgutil
 import re
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from pydantic import BaseModel
 
 from benchmarks.soak.generated import Running, contents, generate, running
+from evastudio.api import models
 
 if TYPE_CHECKING:
     from conftest import Studio
@@ -120,3 +124,15 @@ def test_text_that_no_store_can_hold_is_refused_at_the_edge(
     )
     assert answer.status_code == status, answer.text
     assert says in answer.text
+
+
+def test_every_example_is_what_its_route_takes() -> None:
+    told = 0
+    for room in pkgutil.iter_modules(models.__path__):
+        module = import_module(f"{models.__name__}.{room.name}")
+        for kind in vars(module).values():
+            if isinstance(kind, type) and issubclass(kind, BaseModel):
+                for example in kind.model_json_schema().get("examples", []):
+                    kind.model_validate(example)
+                    told += 1
+    assert told >= 10

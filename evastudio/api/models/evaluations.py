@@ -5,12 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from evastudio.api.models.common import Given, Model, Name, Options, Seed
 
 
 class EvaluateIn(Given):
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"scene": "asteroids", "policies": ["asteroids-careful", "straight"], "worlds": 10}
+            ]
+        }
+    )
+
     scene: Name
     policies: Annotated[list[Name], Field(min_length=1, max_length=20)]
     """Policies, scripted demonstrators or other pilots, by name."""

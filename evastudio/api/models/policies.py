@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from evastudio.api.models.common import Given, Name, PolicyName
 
@@ -16,6 +16,20 @@ class EntryIn(Given):
 
 
 class SwitchIn(Given):
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "name": "walk-then-flee",
+                    "entries": [
+                        {"policy": "crowd-fleeing", "when": "event:impact"},
+                        {"policy": "crowd-hurried"},
+                    ],
+                }
+            ]
+        }
+    )
+
     name: PolicyName
     entries: Annotated[list[EntryIn], Field(min_length=2, max_length=16)]
     perception: Name | None = None

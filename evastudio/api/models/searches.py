@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from evastudio.api.models.common import Given, Name, Options, PolicyName, Seed
 
 
 class SearchIn(Given):
     """As `evastudio search`: PEGASUS, with no demonstration."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [{"scene": "asteroids", "rounds": 2, "scenarios": 2, "horizon_s": 2.0}]
+        }
+    )
 
     scene: Name
     optimiser: Literal["cma-es", "hill-climbing"] = "cma-es"

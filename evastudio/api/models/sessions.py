@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from evastudio.api.models.common import Delay, Given, Model, Name, Options, PolicyName, Seed
 
 
 class SessionIn(Given):
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"scene": "asteroids", "name": "Wide turns"}]}
+    )
+
     scene: Name
     name: Name
     demonstrator: Name = "person"
@@ -40,6 +44,8 @@ class SessionOut(Model):
 
 
 class CleanIn(Given):
+    model_config = ConfigDict(json_schema_extra={"examples": [{"threshold": "auto"}]})
+
     perception: Name | None = None
     n_neighbors: Annotated[int, Field(ge=1, le=1000)] | None = None
     threshold: Annotated[float, Field(gt=0.0, le=10.0)] | Literal["auto"] | None = None
@@ -52,6 +58,12 @@ class PreviewIn(CleanIn):
 
 
 class RecordIn(Given):
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [{"scene": "asteroids", "minutes": 0.1, "session": "By script"}]
+        }
+    )
+
     scene: Name
     pilot: Name = "scripted:careful"
     """A scripted demonstrator."""
@@ -66,6 +78,10 @@ class RecordIn(Given):
 
 
 class ImportIn(Given):
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"files": ["corridor.txt"], "people": 20}]}
+    )
+
     files: Annotated[list[Name], Field(min_length=1, max_length=100)]
     """Recordings of the workspace, by name."""
     scene: Name = "street"
@@ -78,16 +94,26 @@ class ImportIn(Given):
 
 
 class TuneIn(Given):
+    model_config = ConfigDict(json_schema_extra={"examples": [{"learner": "svr"}]})
+
     learner: Name | None = None
     perception: Name | None = None
 
 
 class DiagnoseIn(Given):
+    model_config = ConfigDict(json_schema_extra={"examples": [{"delay": "off"}]})
+
     perception: Name | None = None
     delay: Delay = "auto"
 
 
 class FitIn(Given):
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [{"learner": "knn", "settings": {"k": 5}, "name": "wide-turns"}]
+        }
+    )
+
     learner: Name | None = None
     perception: Name | None = None
     settings: Annotated[dict[Name, Any], Field(default_factory=dict, max_length=100)]

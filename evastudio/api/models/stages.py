@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, Field, FiniteFloat
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from evastudio.api.models.common import Given, Name, Options, Seed
 
 
 class StageIn(Given):
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [{"scene": "asteroids", "options": {"density": 0.5}, "seed": 7}]
+        }
+    )
+
     scene: Name
     options: Options
     session: int | None = None

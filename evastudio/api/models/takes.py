@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated
 
-from pydantic import Field, FiniteFloat
+from pydantic import ConfigDict, Field, FiniteFloat
 
 from evastudio.api.models.common import Given, Model, Name, Options, Seed, at_most
 from evastudio.live.enacting import MOST_STEPS
@@ -46,6 +46,8 @@ class NoteIn(Given):
 
 
 class TakeIn(Given):
+    model_config = ConfigDict(json_schema_extra={"examples": [{"seed": 7, "pilot": "steady"}]})
+
     pilot: Annotated[str, Field(min_length=1, max_length=80)] = "program"
     """Who acts, for people who read the list of takes."""
     seed: Seed | None = None
