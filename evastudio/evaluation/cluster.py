@@ -36,10 +36,18 @@ def on_cluster(address: str | None, patience_s: float = PATIENCE_S) -> Iterator[
         return
     try:
         from distributed import Client
+        from joblib._dask import DaskDistributedBackend
     except ImportError:
         raise ClusterError(
             "Running on a cluster needs Dask; install it with: pip install 'evastudio[cluster]'."
         ) from None
+
+    class Everywhere(DaskDistributedBackend):  # type: ignore[misc]
+        """joblib keeps the work to itself where it may do one thing at a time: never here."""
+
+        def effective_n_jobs(self, n_jobs: int) -> int:
+            return max(2, int(super().effective_n_jobs(n_jobs)))
+
     try:
         client = Client(address, timeout=patience_s, set_as_default=True)
     except (OSError, ValueError, TypeError) as error:
@@ -64,7 +72,7 @@ def on_cluster(address: str | None, patience_s: float = PATIENCE_S) -> Iterator[
         _agree(found, address)
         token = _client.set(client)
         try:
-            with joblib.parallel_config(backend="dask", n_jobs=-1):
+            with joblib.parallel_config(backend=Everywhere(client=client), n_jobs=-1):
                 yield -1
         finally:
             _client.reset(token)

@@ -8,12 +8,13 @@ import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import joblib
 import pytest
 
 from benchmarks.local_cluster import LocalCluster
 from evastudio.errors import ClusterError
 from evastudio.evaluation.archive import differing
-from evastudio.evaluation.cluster import on_cluster
+from evastudio.evaluation.cluster import on_cluster, once
 from evastudio.evaluation.evaluate import evaluate
 from evastudio.evaluation.results import Comparison
 from evastudio.pilots.scripted import find_pilot
@@ -62,6 +63,16 @@ def test_two_workers_give_the_same_and_still_do_when_one_is_killed(
         broken = fly(scene, everywhere, kill_once)
     assert victim.returncode == -signal.SIGKILL
     assert differing(alone, broken) == []
+
+
+def test_a_single_worker_does_the_work_and_not_whoever_asks(dask: LocalCluster) -> None:
+    (worker,) = dask.work(1)
+    with on_cluster(dask.address) as everywhere:
+        run = joblib.Parallel(n_jobs=everywhere)
+        assert run(joblib.delayed(os.getpid)() for _ in range(3)) == [worker.pid] * 3
+        sent = once((1, 2))
+        assert run(joblib.delayed(sum)(sent) for _ in range(3)) == [3] * 3
+    assert once((1, 2)) == (1, 2)
 
 
 def test_a_cluster_that_cannot_do_the_work_says_why(dask: LocalCluster, tmp_path: Path) -> None:
