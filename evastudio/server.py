@@ -22,7 +22,7 @@ from starlette.staticfiles import StaticFiles
 
 from evastudio.api import limits, openapi, problems
 from evastudio.api.access import Guard
-from evastudio.api.app import PREFIX, api_router
+from evastudio.api.app import PREFIX, add_routes
 from evastudio.api.context import Context
 from evastudio.api.door import Door
 from evastudio.api.people import People, Visitor
@@ -107,7 +107,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         max_body_size=limits.MOST_BODY_BYTES,
     )
     problems.install(app)
-    app.include_router(api_router())
+    add_routes(app)
     openapi.describe(app)
     web = shipped() / "web"
 

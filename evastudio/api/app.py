@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Depends
+from fastapi import Depends, FastAPI
 
 from evastudio.api import (
     asking,
@@ -49,9 +49,7 @@ ROOMS = (
 )
 
 
-def api_router() -> APIRouter:
-    """Every route of the API."""
-    router = APIRouter(prefix=PREFIX, dependencies=[Depends(plain_text)])
+def add_routes(app: FastAPI) -> None:
+    """Every route of the API. Each room by itself: nested routers are searched once a level."""
     for part in ROOMS:
-        router.include_router(part.router)
-    return router
+        app.include_router(part.router, prefix=PREFIX, dependencies=[Depends(plain_text)])

@@ -58,7 +58,7 @@ class Context:
         task.add_done_callback(self._tasks.discard)
 
 
-def _context(connection: HTTPConnection) -> Context:
+async def _context(connection: HTTPConnection) -> Context:
     return cast("Context", connection.app.state.context)
 
 

@@ -80,7 +80,7 @@ class People:
         return self._token
 
 
-def _person(connection: HTTPConnection) -> Person:
+async def _person(connection: HTTPConnection) -> Person:
     return cast("Person", connection.scope["state"]["person"])
 
 
