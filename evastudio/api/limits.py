@@ -12,7 +12,7 @@ MOST_TARGET_BYTES = 4_000
 """Of path and query."""
 MOST_HEAD_BYTES = 16_384
 """Of the first line and the headers together."""
-MOST_MESSAGE_BYTES = 16 * 2**20
+MOST_MESSAGE_BYTES = 2 * 2**20
 """Of one message through a websocket, unless its route wants less."""
 HEAD_S = 10.0
 """Until the head of a request must be whole."""

@@ -287,7 +287,7 @@ def lying_bomb() -> bytes:
     return bytes(data)
 
 
-@pytest.mark.parametrize(
+ARRAYS = pytest.mark.parametrize(
     "body",
     [
         b"",
@@ -314,9 +314,27 @@ def lying_bomb() -> bytes:
         *("a header of 4 GB", "a name that leads out", "NaN"),
     ],
 )
+
+
+@ARRAYS
 def test_attack_arrays(studio: Studio, body: bytes) -> None:
     assert len(body) < 4_000_000
     refused(studio.client.post(DECIDE, content=body, headers={"Content-Type": NPZ}), 413, 422)
+
+
+@ARRAYS
+def test_attack_snapshots_and_steps_of_worlds(studio: Studio, body: bytes) -> None:
+    """What is no snapshot, and no actions, leaves worlds as they were."""
+    opened = studio.client.post(f"{API}/worlds", json={"scene": "asteroids", "seeds": [1]}).json()
+    url = f"{API}/worlds/{opened['id']}"
+    before = studio.client.get(f"{url}/state").content
+    for answer in (
+        studio.client.put(f"{url}/snapshot", content=body, headers={"Content-Type": NPZ}),
+        studio.client.post(f"{url}/step", content=body, headers={"Content-Type": NPZ}),
+    ):
+        refused(answer, 413, 422)
+    assert studio.client.get(f"{url}/state").content == before
+    studio.client.delete(url)
 
 
 def test_attack_arrays_that_would_run_code(studio: Studio, tmp_path: Path) -> None:
