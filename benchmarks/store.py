@@ -214,7 +214,7 @@ def _start(place: Workspace, pages: list[float]) -> float:
                 pages.append(time.perf_counter() - sent)
                 after = page.get("next")
                 path = (
-                    after and f"/api/v1/sessions/{session['id']}/takes?limit={PAGE}&after={after}"
+                    after and f"/api/v1/sessions/{session['id']}/takes?limit={PAGE}&cursor={after}"
                 )
     process.terminate()
     process.wait()
