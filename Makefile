@@ -11,7 +11,7 @@ LOCK ?= -c constraints.txt
 # One thread each for the linear algebra: the work is spread over processes, and figures repeat.
 export OPENBLAS_NUM_THREADS = 1
 
-.PHONY: run test lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
+.PHONY: run test test-postgres lint format bench bench-crossing bench-baselines bench-delay bench-conflicts \
 	bench-motion bench-crowd bench-real bench-scaling bench-store bench-street bench-rl \
 	bench-reproduction paper soak pictures chromium postgres nginx \
 	lock audit clean
@@ -21,6 +21,11 @@ run: $(VENV)/.installed
 
 test: $(VENV)/.dev chromium postgres nginx
 	$(BIN)/python -m pytest
+
+# The store, its recorder and the stages are tested on both databases by `make test`; this runs
+# everything that goes over HTTP on PostgreSQL too.
+test-postgres: $(VENV)/.dev postgres
+	EVASTUDIO_TESTS_ON=postgres $(BIN)/python -m pytest tests/api tests/client
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .

@@ -235,7 +235,7 @@ def main() -> None:
         server = Postgres(durable=True)
         try:
             server.start()
-            found = {}
+            found, loads = {}, []
             for name in ("SQLite", "PostgreSQL"):
                 places = []
                 for kind in ("full", "empty"):
@@ -250,15 +250,16 @@ def main() -> None:
                             apart.execute(text("VACUUM ANALYZE"))
                 Store(empty.store_url).close()
                 found[name] = measure(full, empty)
+                loads.append(os.getloadavg()[1])
                 print(name, found[name].pairs, file=sys.stderr)
         finally:
             server.remove()
-    told = report(found, time.perf_counter() - began)
+    told = report(found, time.perf_counter() - began, float(np.mean(loads)))
     print(told)
     write_section(given.out, "store", told)
 
 
-def report(found: dict[str, Found], seconds: float) -> str:
+def report(found: dict[str, Found], seconds: float, waiting: float) -> str:
     """The document."""
     at = commit("evastudio", "benchmarks/store.py")
     sqlite, postgres = found["SQLite"], found["PostgreSQL"]
@@ -285,7 +286,8 @@ def report(found: dict[str, Found], seconds: float) -> str:
             f"again and again: {SESSIONS} sessions, and one more in which no take was ever ended. "
             f"Of the others one take in {LEFT_OPEN} was not. PostgreSQL runs on the same machine, "
             "reached by a socket, writes through to the disk, and has been vacuumed once. Times "
-            "are of the wall.",
+            f"are of the wall; {waiting:.1f} processes wanted the cores on average, this one among "
+            "them.",
             "",
             "| | SQLite | PostgreSQL | required |",
             "|---|---:|---:|---:|",

@@ -165,8 +165,17 @@ def launch(
 
 
 @pytest.fixture(scope="session")
-def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
-    """One studio that tests share; each brings its own sessions."""
-    running = launch(Workspace(tmp_path_factory.mktemp("shared")))
+def studio(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Studio]:
+    """One studio that tests share; each brings its own sessions.
+
+    On PostgreSQL where EVASTUDIO_TESTS_ON says so, as `make test-postgres` does.
+    """
+    store = None
+    if os.environ.get("EVASTUDIO_TESTS_ON") == "postgres":
+        server: Postgres = request.getfixturevalue("postgres")
+        store = server.url(server.create_database())
+    running = launch(Workspace(tmp_path_factory.mktemp("shared"), store))
     yield running
     assert running.stop() == 0
