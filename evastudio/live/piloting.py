@@ -42,8 +42,10 @@ def pilots_for(workspace: Workspace, scene: Scene) -> list[PilotEntry]:
     known = list_policies(workspace.policy_folders)
     entries = []
     for name, entry in known.items():
-        made_for = (entry.header or {}).get("scene") or {}
-        able = (made_for.get("name"), made_for.get("version")) == (scene.name, scene.version)
+        made_for = (entry.header or {}).get("scene")
+        able = isinstance(made_for, dict) and (
+            (made_for.get("name"), made_for.get("version")) == (scene.name, scene.version)
+        )
         if not able or (entry.switch and cannot_play(entry.switch, scene, known)):
             continue
         mine = entry.path.parent.resolve() == workspace.policies.resolve()
