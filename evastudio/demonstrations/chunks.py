@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from sqlalchemy import Connection, Row, delete, insert, select
@@ -10,39 +11,76 @@ from sqlalchemy import Connection, Row, delete, insert, select
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import IN_BYTES
 from evastudio.demonstrations.packing import pack, unpack, unpack_joined
-from evastudio.errors import ConflictError, StorageError
+from evastudio.errors import ConflictError, NotFoundError, StorageError
 from evastudio.world.snapshot import AnyArray
 
 JOINED_BYTES = 1 << 20
 """About as large joined chunks get; a reader wants few, and no database wants huge ones."""
 
 
-def write_chunk(
-    connection: Connection, take: int, first_step: int, steps: int, packed: bytes
-) -> None:
-    """The next steps of a take, from `first_step` on. Written again, the same changes nothing.
+@dataclass(frozen=True)
+class Part:
+    """Steps of a take as they are written."""
 
-    Raises ConflictError where the take has other steps there, or lacks some before them.
+    take: int
+    first_step: int
+    steps: int
+    packed: bytes
+
+
+def write_chunks(connection: Connection, parts: Sequence[Part]) -> None:
+    """The next steps of takes. Written again, the same changes nothing.
+
+    However many there are, they are written by two statements. Raises NotFoundError for a take
+    that was deleted, and ConflictError where a take has other steps there, or lacks some before.
     """
-    chunks = schema.chunks
-    last = select(chunks.c.first_step, chunks.c.steps).where(chunks.c.take_id == take)
-    row = connection.execute(last.order_by(chunks.c.first_step.desc()).limit(1)).first()
-    present = 0 if row is None else row.first_step + row.steps
-    if first_step < present and _holds(connection, take, first_step, steps, packed):
-        return  # its writer was cut off before it was told
-    if first_step != present:
-        raise ConflictError(
-            f"Take {take} has {present} steps, and these begin with step {first_step}; send what "
-            "follows first."
-        )
-    connection.execute(
-        insert(chunks).values(take_id=take, first_step=first_step, steps=steps, arrays=packed)
-    )
+    present = _lengths(connection, {part.take for part in parts})
+    rows: list[dict[str, object]] = []
+    for part in parts:
+        if part.take not in present:
+            raise no_take(part.take)
+        if part.first_step == present[part.take]:
+            present[part.take] += part.steps
+            rows.append(
+                {
+                    "take_id": part.take,
+                    "first_step": part.first_step,
+                    "steps": part.steps,
+                    "arrays": part.packed,
+                }
+            )
+        elif part.first_step > present[part.take] or not _holds(connection, part):
+            raise ConflictError(
+                f"Take {part.take} has {present[part.take]} steps, and these begin with step "
+                f"{part.first_step}; send what follows first."
+            )
+        # Otherwise its writer was cut off before it was told.
+    if rows:
+        connection.execute(insert(schema.chunks), rows)
 
 
-def _holds(connection: Connection, take: int, first_step: int, steps: int, packed: bytes) -> bool:
+def _lengths(connection: Connection, takes: set[int]) -> dict[int, int]:
+    """How many steps each of `takes` has so far, without those that were deleted.
+
+    None of them is deleted while the transaction lasts.
+    """
+    table, chunks = schema.takes, schema.chunks
+    last = select(chunks.c.first_step + chunks.c.steps).where(chunks.c.take_id == table.c.id)
+    length = last.order_by(chunks.c.first_step.desc()).limit(1).scalar_subquery()
+    query = select(table.c.id, length).where(table.c.id.in_(takes)).order_by(table.c.id)
+    rows = connection.execute(query.with_for_update(read=True, key_share=True, of=table))
+    return {take: present or 0 for take, present in rows}
+
+
+def no_take(take: int) -> NotFoundError:
+    """The error for a take that is not there."""
+    return NotFoundError(f"There is no take {take}, or nothing was recorded in it.")
+
+
+def _holds(connection: Connection, part: Part) -> bool:
     """Whether the take has just these steps already, maybe joined with others."""
     chunks = schema.chunks
+    take, first_step, steps, packed = part.take, part.first_step, part.steps, part.packed
     around = select(chunks.c.first_step, chunks.c.steps, chunks.c.arrays).where(
         chunks.c.take_id == take, chunks.c.first_step <= first_step
     )

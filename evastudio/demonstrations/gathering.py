@@ -8,55 +8,69 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 from sqlalchemy import Connection, Engine
 
 from evastudio.demonstrations.engine import writing
 from evastudio.errors import StorageError
 
-Work = Callable[[Connection], None]
+T = TypeVar("T")
 
 
 @dataclass(eq=False)
-class _Asked:
-    work: Work
+class _Asked(Generic[T]):
+    what: T
     done: bool = False
     error: BaseException | None = None
+    turn: threading.Event = field(default_factory=threading.Event)
+    """Set once it is done, or once its thread is to write what waits by then."""
 
 
-class Gathering:
+class Gathering(Generic[T]):
     """Whoever comes while something is written waits, and is written together with the others."""
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Engine, write: Callable[[Connection, Sequence[T]], None]) -> None:
+        """`write` writes several, in a transaction; it raises where one of them cannot be."""
         self._engine = engine
-        self._waiting: list[_Asked] = []
-        self._line = threading.Lock()
-        self._turn = threading.Lock()
+        self._work = write
+        self._lock = threading.Lock()
+        self._waiting: list[_Asked[T]] = []
+        self._busy = False
 
-    def write(self, work: Work) -> None:
-        """Do `work` in a transaction and return once that is committed; it may be done twice.
+    def write(self, what: T) -> None:
+        """Write that and return once it is committed.
 
-        Raises what `work` raises, after which nothing of it is written, and StorageError.
+        Raises what writing it alone raises, after which nothing of it is written.
         """
-        asked = _Asked(work)
-        with self._line:
+        asked = _Asked(what)
+        with self._lock:
             self._waiting.append(asked)
-        with self._turn:
-            if not asked.done:
-                with self._line:
-                    together, self._waiting = self._waiting, []
-                self._write(together)
+            waits, self._busy = self._busy, True
+        if waits:
+            asked.turn.wait()
+        if not asked.done:
+            self._write_waiting()
         if asked.error is not None:
             raise asked.error
 
-    def _write(self, together: Sequence[_Asked]) -> None:
+    def _write_waiting(self) -> None:
+        with self._lock:
+            together, self._waiting = self._waiting, []
+        self._write(together)
+        with self._lock:
+            following = self._waiting[:1]
+            self._busy = bool(following)
+        for asked in (*following, *together):
+            asked.turn.set()
+
+    def _write(self, together: Sequence[_Asked[T]]) -> None:
         """All of them or, where one of several cannot be, each on its own."""
         error: BaseException | None = None
         try:
             with writing(self._engine) as connection:
-                for asked in together:
-                    asked.work(connection)
+                self._work(connection, [asked.what for asked in together])
         except BaseException as raised:
             error = raised
         if error is not None and len(together) > 1 and not isinstance(error, StorageError):

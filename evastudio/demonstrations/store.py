@@ -10,7 +10,7 @@ from typing import Any
 from sqlalchemy import Connection, delete, func, insert, select, update
 
 from evastudio.demonstrations import schema
-from evastudio.demonstrations.chunks import join_chunks, write_chunk
+from evastudio.demonstrations.chunks import Part, join_chunks, no_take, write_chunks
 from evastudio.demonstrations.cleanings import delete_cleaning, read_marks, write_cleaning
 from evastudio.demonstrations.contents import read_takes
 from evastudio.demonstrations.engine import open_engine, writing
@@ -50,7 +50,7 @@ class Store:
         self.url = url
         self.engine = open_engine(url)
         """Of the database, for what else is kept in it."""
-        self._gathering = Gathering(self.engine)
+        self._gathering = Gathering(self.engine, write_chunks)
         with self.engine.connect() as connection:
             self.identity: str = connection.execute(select(schema.store.c.identity)).scalar_one()
 
@@ -212,14 +212,7 @@ class Store:
 
     def write_pairs(self, take: int, first_step: int, steps: int, packed: bytes) -> None:
         """`append` of what `pack_pairs` made."""
-        there = select(schema.takes.c.id).where(schema.takes.c.id == take)
-
-        def write(connection: Connection) -> None:
-            if not connection.execute(there.with_for_update(read=True, key_share=True)).first():
-                raise _no_take(take)
-            write_chunk(connection, take, first_step, steps, packed)
-
-        self._gathering.write(write)
+        self._gathering.write(Part(take, first_step, steps, packed))
 
     def finish_take(self, take: int, outcome: str | None, now: float) -> None:
         """Write how a take ended, None where it was broken off; nothing is appended any more."""
@@ -282,11 +275,11 @@ class Store:
     def take(self, take: int) -> TakeRecord:
         """One take. Raises NotFoundError."""
         if not 0 < take <= LARGEST_ID:
-            raise _no_take(take)
+            raise no_take(take)
         with self.engine.connect() as connection:
             row = connection.execute(takes_query().where(schema.takes.c.id == take)).one_or_none()
         if row is None:
-            raise _no_take(take)
+            raise no_take(take)
         return take_record(row)
 
     def find_take(self, key: str) -> TakeRecord:
@@ -310,21 +303,21 @@ class Store:
         for first in range(0, len(takes), TAKES_READ):
             some = takes[first : first + TAKES_READ]
             if not all(0 < take <= LARGEST_ID for take in some):
-                raise _no_take(next(take for take in some if not 0 < take <= LARGEST_ID))
+                raise no_take(next(take for take in some if not 0 < take <= LARGEST_ID))
             with self.engine.connect() as connection:
                 found = read_takes(connection, some)
             for take in some:
                 if take not in found:
-                    raise _no_take(take)
+                    raise no_take(take)
                 yield found.pop(take)
 
     def _change_take(self, take: int, **values: Any) -> None:
         if not 0 < take <= LARGEST_ID:
-            raise _no_take(take)
+            raise no_take(take)
         with writing(self.engine) as connection:
             query = update(schema.takes).where(schema.takes.c.id == take).values(**values)
             if connection.execute(query).rowcount == 0:
-                raise _no_take(take)
+                raise no_take(take)
 
     # -- cleanings -----------------------------------------------------------------------------
 
@@ -367,7 +360,3 @@ def pack_pairs(states: AnyArray, actions: AnyArray, moving: Mapping[str, AnyArra
 
 def _new_id(key: Any) -> int:
     return int(key[0])
-
-
-def _no_take(take: int) -> NotFoundError:
-    return NotFoundError(f"There is no take {take}, or nothing was recorded in it.")
