@@ -43,7 +43,9 @@ class Flight:
             base_url=studio.url, headers=HEADERS, trust_env=False, timeout=WAIT_S
         )
         async with http:
-            stage = (await http.post("/api/v1/stages", json=body)).json()
+            answer = await http.post("/api/v1/stages", json=body)
+            assert answer.is_success, answer.text
+            stage = answer.json()
         url = studio.url.replace("http", "ws") + stage["socket"]
         with contextlib.suppress(WebSocketException, OSError):
             async with connect(url, additional_headers=HEADERS, proxy=None) as socket:
