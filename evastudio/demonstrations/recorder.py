@@ -285,8 +285,6 @@ class Recorder:
         else:
             take.broken = kind == PAIRS
             self._broken_off = "The take ends here: there is no room for it on any disk."
-        if self._failure is not None:
-            self._spill.sync()
         self._write_now()
 
     def _write_now(self) -> None:

@@ -71,9 +71,14 @@ class Spill:
         return False
 
     def sync(self) -> None:
-        """Return when what is in files is on the disk."""
-        with self._lock, contextlib.suppress(OSError):
-            for file in self._files:
+        """Return when what is in files is on the disk; for the thread that takes entries out.
+
+        A disk may be slow: meanwhile others are put in.
+        """
+        with self._lock:
+            files = list(self._files)
+        with contextlib.suppress(OSError):
+            for file in files:
                 file.sync()
 
     def front(self) -> Entry | None:
