@@ -152,7 +152,9 @@ def main() -> None:
             f"| {name} | {STEPS / wall:,.0f} | {alone / wall:.0%} | {cpu / STEPS * 1e6:,.0f} us |"
         )
     told = where_and_when(commit("evastudio", "scenes"), COMMAND, time.monotonic() - began)
-    text = f"{told}\n- Medians of {ROUNDS} rounds of {STEPS} steps.\n\n" + "\n".join(lines)
+    busy = f"{os.getloadavg()[1]:.0f} processes wanted {os.cpu_count()} cores"
+    how = f"- Medians of {ROUNDS} rounds of {STEPS} steps; CPU of both processes; {busy}."
+    text = f"{told}\n{how}\n\n" + "\n".join(lines)
     print(text)
     write_section(ROOT / "docs" / "worlds.md", "stepping", text)
 

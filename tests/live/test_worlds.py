@@ -14,6 +14,7 @@ from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
 from evastudio.live import batch as batches
+from evastudio.live import demonstrating
 from evastudio.live import worlds as opened
 from evastudio.live.batch import Batch
 from evastudio.live.headless import make_scene
@@ -156,6 +157,23 @@ def test_what_a_program_does_is_a_take_that_replays_exactly(
         again = replay_take(scene, take, data)
         assert same(again.moving, data.snapshots.moving)
         assert np.array_equal(scene.perception().perceive(again).states, data.states)
+
+
+def test_a_program_faster_than_the_store_waits_and_loses_nothing(
+    worlds: Worlds, workspace: Workspace, store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(demonstrating, "AHEAD", 50)
+    scene = make_scene(workspace, "asteroids", SPARSE)
+    session = store.create_session(scene, "Fast", "planner", 0.0)
+    batch = worlds.open("asteroids", [7], options=SPARSE, session=session)
+    total = 0
+    for seed in range(4):
+        batch.reset([seed])
+        total += int(batch.step(np.zeros((300, 1, 2))).steps[0])
+    worlds.close(batch.name)
+    takes = store.takes(session)
+    assert sum(take.pairs for take in takes) == total
+    assert [len(store.load_take(take.id).actions) for take in takes] == [t.pairs for t in takes]
 
 
 def test_what_a_pilot_of_the_studio_does_is_no_demonstration(
