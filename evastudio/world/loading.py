@@ -53,7 +53,7 @@ def _run(source: str, stem: str, path: Path) -> type[Scene]:
     """The scene class that `source` defines, ready to be sent to other processes."""
     if path.suffix != ".py":
         raise InvalidInputError(f"{str(path)!r} is not a Python file; a scene is one .py file.")
-    module = ModuleType(_module_name(path))
+    module = ModuleType(_module_name(source, stem))
     module.__file__ = str(path)
     vars(module)["__source__"] = source
     sys.modules[module.__name__] = module
@@ -150,6 +150,7 @@ def broken_scenes(folders: Iterable[Path]) -> Mapping[Path, str]:
     return broken
 
 
-def _module_name(path: Path) -> str:
-    digest = hashlib.sha256(str(path.resolve()).encode()).hexdigest()[:8]
-    return f"evastudio_scene_{path.stem}_{digest}"
+def _module_name(source: str, stem: str) -> str:
+    """The same in every process, wherever the file lies there: a cluster tells types by name."""
+    digest = hashlib.sha256(source.encode()).hexdigest()[:8]
+    return f"evastudio_scene_{stem}_{digest}"
