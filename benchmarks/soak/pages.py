@@ -22,6 +22,8 @@ from websockets.asyncio.client import ClientConnection, connect
 CODES = ("KeyA", "KeyD", "KeyW", "KeyS", "ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown")
 KEYS_HZ = 4.0
 """How often, on average, a page tells other keys."""
+COMING_S = 10.0
+"""Each page begins at a moment of its own within this time, as people do."""
 END_S = 30.0
 """So long a page waits for its stage to stop."""
 
@@ -76,17 +78,20 @@ def told(process: subprocess.Popen[str]) -> list[Told]:
 
 async def one_page(stage: Stage, headers: dict[str, str], seconds: float, seed: int) -> Told:
     found = Told()
+    rng = random.Random(seed)
     async with contextlib.AsyncExitStack() as opened:
         options: dict[str, Any] = {"additional_headers": headers, "proxy": None, "max_size": None}
         socket = await opened.enter_async_context(connect(stage.socket, **options))
-        tasks = [asyncio.create_task(hold_keys(socket, random.Random(seed)))]
+        tasks = [asyncio.create_task(hold_keys(socket, rng))]
         if stage.view is not None:
             protocols = [stage.subprotocol]
             view = connect(stage.view, subprotocols=protocols, **options)  # type: ignore[arg-type]
             seeing = await opened.enter_async_context(view)
             tasks.append(asyncio.create_task(look(seeing, found)))
         try:
-            await demonstrate(socket, found, seconds)
+            waited_s = rng.uniform(0.0, COMING_S if seconds > COMING_S else 0.0)
+            await asyncio.sleep(waited_s)
+            await demonstrate(socket, found, seconds - waited_s)
         finally:
             for task in tasks:
                 task.cancel()
