@@ -37,6 +37,8 @@ class TreeSearch:
     def __init__(self, points: Floats) -> None:
         self._points = points
         self._numbers = np.arange(len(points))
+        self._waiting = 0
+        self._places: Indices | None = None
         self._rebuild()
 
     def __getstate__(self) -> dict[str, object]:
@@ -135,8 +137,8 @@ class TreeSearch:
         if self._places is None:
             held = self._tree.numbers.reshape(-1)
             filled = np.flatnonzero(held != NONE)
-            self._places = np.full(self._slots, NONE, dtype=np.int64)
-            self._places[held[filled]] = filled
+            self._places = places = np.full(self._slots, NONE, dtype=np.int64)
+            places[held[filled]] = filled
         places = self._places[numbers[numbers < len(self._places)]]
         return np.asarray(places[places != NONE])
 
@@ -146,7 +148,7 @@ class TreeSearch:
     def _rebuild(self) -> None:
         self._tree: Tree = build_tree(self._points, self._numbers)
         self._slots = int(self._numbers[-1]) + 1
-        self._places: Indices | None = None
+        self._places = None
         self._waiting = self._gone = 0
         self._pack_waiting()
 
