@@ -53,7 +53,7 @@ expected-statuses = ["2xx", "3xx", "401", "403", "404", "409", "412", "413", "42
 expected-statuses = [
   "401", "403", "404", "405", "406", "409", "412", "413", "414", "415", "422", "429"
 ]
-# Streams without end; tests/api/test_jobs.py follows them.
+# Streams without end; tests/api/test_job_feed.py follows them.
 [[operations]]
 include-path-regex = "/events$"
 enabled = false
