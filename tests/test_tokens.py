@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -18,6 +19,20 @@ def tokens(place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
         text=True,
         check=False,
     )
+
+
+def test_the_environment_gives_the_token_where_a_command_line_would_show_it() -> None:
+    for command in ([], ["studio"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "evastudio", *command],
+            capture_output=True,
+            text=True,
+            check=False,
+            env={**os.environ, "EVASTUDIO_TOKEN": "too-short"},
+        )
+        assert done.returncode == 2
+        assert "The token has 9 characters" in done.stderr
+        assert "too-short" not in done.stderr
 
 
 def test_a_token_is_made_listed_without_its_secret_and_revoked(tmp_path: Path) -> None:

@@ -44,7 +44,9 @@ __all__ = [
 def default(context: typer.Context) -> None:
     """Open the studio."""
     if context.invoked_subcommand is None:
-        workshop.studio()
+        studio = typer.main.get_command(app).commands["studio"]  # type: ignore[attr-defined]
+        with studio.make_context("studio", [], parent=context) as made:  # reads the environment
+            studio.invoke(made)
 
 
 def main() -> None:
