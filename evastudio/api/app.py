@@ -16,6 +16,7 @@ from evastudio.api import (
     policies,
     policy_files,
     reasons,
+    reviews,
     scenes,
     sessions,
     stages,
@@ -44,6 +45,7 @@ ROOMS = (
     jobs,
     stages,
     reasons,
+    reviews,
     worlds,
     world_socket,
 )

@@ -272,9 +272,11 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
         case "hand-back":
             stage.correcting.hand_back()
         case "keep-last":
-            stage.looking_back.keep_last(command.seconds)
+            stage.looking_back.keep_last(command.seconds, command.take)
         case "review":
             stage.looking_back.review(command.take, command.seconds)
+        case "leave":
+            stage.looking_back.leave()
         case "seek":
             stage.looking_back.seek(command.seconds)
         case "roll":

@@ -13,36 +13,64 @@ from fastapi import APIRouter, Depends, Query, Request, Response, status
 from evastudio.api.arrays import JSON, NPZ, as_json, npz
 from evastudio.api.bodies import body_of, model_or_arrays
 from evastudio.api.context import Context, Studio
-from evastudio.api.downloads import BINARY, download, downloadable, etag_of
+from evastudio.api.downloads import BINARY, TEXT, download, downloadable, etag_of
 from evastudio.api.limits import MOST_UPLOAD_BYTES
 from evastudio.api.models.common import Page
 from evastudio.api.models.takes import (
     ActionsIn,
     EmptiedOut,
     NoteIn,
+    RemarkedOut,
+    RemarkOut,
+    RemarksOut,
     StandingOut,
     TakeIn,
     TakeOut,
 )
 from evastudio.api.paging import NumberedPage
+from evastudio.api.shown_takes import shown
 from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.live import enacting
+from evastudio.live.thumbnail import DRAWING
 from evastudio.world.snapshot import AnyArray
 
 router = APIRouter(tags=["takes"])
 
+SVG = "image/svg+xml"
 RecordingForm = Annotated[Literal["json", "npz"], Query(alias="format")]
 
 
 @router.get("/sessions/{session}/takes")
 def list_takes(
-    session: int, studio: Studio, paging: NumberedPage, trashed: bool | None = None
+    session: int,
+    studio: Studio,
+    paging: NumberedPage,
+    trashed: bool | None = None,
+    newest: bool = False,
 ) -> Page[TakeOut]:
-    """Its takes in order: all of them, or only kept or trashed ones."""
-    studio.store.session(session)
+    """Its takes in order: all of them, or only kept or trashed ones; the newest first if wanted."""
+    store = studio.store
+    store.session(session)
     return paging.page(
         TakeOut,
-        lambda after, limit: studio.store.takes(session, trashed, after=after, limit=limit),
+        lambda after, limit: shown(
+            store.takes(session, trashed, after=after, limit=limit, newest=newest), store
+        ),
+    )
+
+
+@router.get("/sessions/{session}/remarks")
+def list_remarks(session: int, studio: Studio) -> RemarksOut:
+    """Which of its newest takes are suspicious, and why, in words for people."""
+    found = studio.reviewing.remarks(session)
+    return RemarksOut(
+        items=[
+            RemarkedOut(
+                take=take,
+                remarks=[RemarkOut.model_validate(one) for one in remarks],
+            )
+            for take, remarks in found.items()
+        ]
     )
 
 
@@ -74,7 +102,27 @@ def empty_trash(session: int, studio: Studio) -> EmptiedOut:
 @router.get("/takes/{take}")
 def get_take(take: int, studio: Studio) -> TakeOut:
     """One take."""
-    return TakeOut.model_validate(studio.store.take(take))
+    return _shown(take, studio)
+
+
+@router.put("/takes/{take}/note")
+def note_take(take: int, body: NoteIn, studio: Studio) -> TakeOut:
+    """Note something about a take, in place of what was noted before."""
+    studio.store.note_take(take, body.note)
+    return _shown(take, studio)
+
+
+@router.get(
+    "/takes/{take}/thumbnail.svg",
+    response_class=Response,
+    responses=downloadable({SVG: TEXT}),
+)
+def get_thumbnail(take: int, request: Request, studio: Studio) -> Response:
+    """The way that was gone in it, seen from above."""
+    record = studio.store.take(take)
+    etag = etag_of("thumbnail", DRAWING, studio.store.identity, take, record.pairs, record.outcome)
+    content = studio.reviewing.thumbnail
+    return download(request, etag, f"take-{take}.svg", SVG, lambda: content(record))
 
 
 async def _actions(request: Request) -> ActionsIn | dict[str, AnyArray]:
@@ -108,13 +156,6 @@ def close_take(take: int, studio: Studio) -> StandingOut:
     """End a program's take. How its world ended is computed; none where it had not."""
     told = enacting.close_take(studio.workspace, studio.store, take, time.time())
     return StandingOut.model_validate(told)
-
-
-@router.put("/takes/{take}/note")
-def note_take(take: int, body: NoteIn, studio: Studio) -> TakeOut:
-    """Write what a person notes of a take, in place of what was noted before."""
-    studio.store.note_take(take, body.note)
-    return TakeOut.model_validate(studio.store.take(take))
 
 
 @router.post("/takes/{take}/trash")
@@ -189,9 +230,13 @@ def _unpacked(body: ActionsIn | Mapping[str, AnyArray]) -> tuple[int, AnyArray, 
 
 
 def _changed(take: int, studio: Studio) -> TakeOut:
-    record = studio.store.take(take)
     _refresh(studio)
-    return TakeOut.model_validate(record)
+    return _shown(take, studio)
+
+
+def _shown(take: int, studio: Context) -> TakeOut:
+    (found,) = shown([studio.store.take(take)], studio.store)
+    return found
 
 
 def _refresh(studio: Context) -> None:

@@ -89,6 +89,10 @@ class Connection:
             "POST", path, query, headers=key, again=not once, json=body if body is not None else {}
         ).json()
 
+    def put(self, path: str, body: Any) -> Any:
+        """What it answers to `body`, both JSON."""
+        return self.send("PUT", path, {}, json=body).json()
+
     def delete(self, path: str, **query: Any) -> Any:
         """What it answers, from JSON; None where it answers nothing."""
         answer = self.send("DELETE", path, query)

@@ -38,6 +38,8 @@ class Take:
     started_at: float
     """Seconds since the epoch."""
     trashed: bool
+    note: str
+    """What a person noted of it."""
 
 
 @dataclass(frozen=True)
@@ -149,6 +151,10 @@ class Takes:
     def restore(self, take: int) -> Take:
         """Bring it back."""
         return read(Take, self._connection.post(f"/takes/{take}/restore"))
+
+    def note(self, take: int, note: str) -> Take:
+        """Note something about it, in place of what was noted before."""
+        return read(Take, self._connection.put(f"/takes/{take}/note", {"note": note}))
 
     def empty_trash(self, session: int) -> int:
         """Delete a session's trashed takes for good; how many there were."""

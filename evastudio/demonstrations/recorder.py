@@ -143,6 +143,11 @@ class Recorder:
         return None if self._last is None else self._last.key
 
     @property
+    def running_key(self) -> str | None:
+        """The key of the running take; None where there is none."""
+        return None if self._take is None else self._take.key
+
+    @property
     def can_discard(self) -> bool:
         return self._take is not None or self._last is not None
 

@@ -258,14 +258,19 @@ class Store:
         *,
         after: int | None = None,
         limit: int | None = None,
+        newest: bool = False,
     ) -> list[TakeRecord]:
         """The takes of a session in order: kept ones, trashed ones, or with None both.
 
-        A page of them: at most `limit`, from the one that follows the take `after`.
+        A page of them: at most `limit`, from the one that follows the take `after`; the `newest`
+        first, where that is wanted.
         """
-        query = takes_query().where(schema.takes.c.session_id == session).limit(limit)
+        table = schema.takes
+        query = takes_query().where(table.c.session_id == session).limit(limit)
+        if newest:
+            query = query.order_by(None).order_by(table.c.id.desc())
         if after is not None:
-            query = query.where(schema.takes.c.id > after)
+            query = query.where(table.c.id < after if newest else table.c.id > after)
         if trashed is not None:
             at = schema.takes.c.trashed_at
             query = query.where(at.is_not(None) if trashed else at.is_(None))
@@ -281,6 +286,16 @@ class Store:
         if row is None:
             raise no_take(take)
         return take_record(row)
+
+    def numbers(self, takes: Sequence[int]) -> dict[int, int]:
+        """Which number each of `takes` has in its session; those that are there, by id."""
+        table, found = schema.takes, {}
+        with self.engine.connect() as connection:
+            for first in range(0, len(takes), TOGETHER):
+                some = table.c.id.in_(takes[first : first + TOGETHER])
+                for row in connection.execute(select(table.c.id, table.c.number).where(some)):
+                    found[int(row.id)] = int(row.number)
+        return found
 
     def find_take(self, key: str) -> TakeRecord:
         """The take that its writer knows by `key`. Raises NotFoundError."""

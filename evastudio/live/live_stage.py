@@ -181,7 +181,12 @@ class LiveStage:
         self.refresh()
 
     def restart(self, same: bool = False) -> None:
-        """The same again in another world, or in the `same`: a take, or the policy once more."""
+        """The same again in another world, or in the `same`: a take, or the policy once more.
+
+        Raises ConflictError in a look back, out of which nothing is recorded by accident.
+        """
+        if self._stage.phase is Phase.REVIEWING:
+            raise ConflictError("You are looking back. Fork from here, or leave first.")
         status = self.pulse.call(lambda: self._stage.status(time.monotonic()))
         seed = status.seed if same else None
         if status.policy is not None:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from typing import TYPE_CHECKING
 
-from evastudio.demonstrations.records import Origin
+from evastudio.demonstrations.records import RECORDED, Origin, TakeRecord
 from evastudio.demonstrations.store import Store
 from evastudio.demonstrations.trimming import keep_last
-from evastudio.errors import ConflictError
+from evastudio.errors import ConflictError, NotFoundError
 from evastudio.live.headless import make_scene
 from evastudio.live.pulse import PATIENCE_S
 from evastudio.live.reel import Reel
 from evastudio.live.stage import Stage
+from evastudio.live.strip import Strip, strip_of
 from evastudio.workspace import Workspace
+from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -33,14 +36,18 @@ class LookingBack:
     def review(self, take: int | None = None, at_s: float = 0.0) -> None:
         """Look back at a take, or at the run that is on the stage, from `at_s` on."""
         self._live.begin_again()
-        reel = self._stage.run.reel if take is None else self._reel(take)
-        at, stage = at_s / reel.scene.dt_s, self._stage
-        self._live.pulse.call(lambda: stage.review(reel, at, time.monotonic(), time.time()))
-        self._live.refresh()
+        stage = self._stage
+        reel, seed = (stage.present.reel, None) if take is None else self._reel(take)
+        at = _steps(at_s, reel.scene)
+        self._live.pulse.call(lambda: stage.review(reel, at, time.monotonic(), seed))
+
+    def leave(self) -> None:
+        """See `Stage.leave`."""
+        self._live.pulse.call(self._stage.leave)
 
     def seek(self, at_s: float) -> None:
         """Look at that second of the run."""
-        at = at_s / self._stage.scene.dt_s
+        at = _steps(at_s, self._stage.scene)
         self._live.pulse.call(lambda: self._stage.seek(at, time.monotonic()))
 
     def roll(self, speed: float) -> None:
@@ -52,7 +59,10 @@ class LookingBack:
 
         `others` is as in `LiveStage.demonstrate`.
         """
-        self.fork_from(*self._live.pulse.call(self._stage.here), others)
+        start, origin = self._live.pulse.call(self._stage.here)
+        if self._stage.scene.outcome(start)[0]:
+            raise ConflictError("The world had ended there. Go back a little, and on from there.")
+        self.fork_from(start, self._recorded(origin), others)
 
     def fork_from(self, start: Snapshot, origin: Origin, others: str | None) -> None:
         """Begin a take at `start`, which `origin` names."""
@@ -67,24 +77,54 @@ class LookingBack:
         )
         live.refresh()
 
-    def keep_last(self, seconds: float) -> None:
-        """End the running take, or take the last one, and keep its last `seconds` only.
+    def keep_last(self, seconds: float, take: int | None = None) -> None:
+        """Keep the last `seconds` of `take` only, and look at what is kept.
 
-        Raises ConflictError where there is none, InvalidInputError where the take is shorter.
+        Without one, end the running take, or take the last one. Raises ConflictError where there
+        is none, InvalidInputError where the take is shorter.
         """
-        self._live.stop()
-        recorder = self._stage.recorder
-        key = None if recorder is None else recorder.last_key
-        if recorder is None or key is None:
-            raise ConflictError("There is no take to keep the end of. Demonstrate first.")
-        written = threading.Event()
-        recorder.settle(written.set)
-        written.wait(PATIENCE_S)
-        keep_last(self._store, self._store.find_take(key).id, seconds, time.time())
+        if take is None:
+            self._live.stop()
+            recorder = self._stage.recorder
+            key = None if recorder is None else recorder.last_key
+            if key is None:
+                raise ConflictError("There is no take to keep the end of. Demonstrate first.")
+            keep_last(self._store, self._written(key).id, seconds, time.time())
+        else:
+            recorder = self._stage.recorder
+            key = None if recorder is None else recorder.running_key
+            if key is not None and self._written(key).id == take:
+                self._live.stop()
+            self.review(keep_last(self._store, take, seconds, time.time()))
         self._live.refresh()
 
-    def _reel(self, take: int) -> Reel:
-        """Of a recorded take. Raises NotFoundError, ConflictError for one of another scene."""
+    def strip(self) -> Strip:
+        """What there is to see in the run that is looked at."""
+        stage = self._stage
+        reel, moments = self._live.pulse.call(lambda: (stage.run.reel, stage.run.reel.moments()))
+        return strip_of(reel, moments)
+
+    def _recorded(self, origin: Origin) -> Origin:
+        """`origin`, a moment of the run that is looked at, as one of the take that the run is."""
+        reel = self._stage.run.reel
+        if reel.key is None:
+            return origin
+        with contextlib.suppress(NotFoundError):  # thrown away for good
+            take = self._written(reel.key).id
+            return Origin(origin.step - reel.origin.step, take=take, seed=reel.origin.seed)
+        return origin
+
+    def _written(self, key: str) -> TakeRecord:
+        """The take that its recorder calls `key`, once it is in the store. Raises NotFoundError."""
+        recorder, written = self._stage.recorder, threading.Event()
+        if recorder is not None:
+            recorder.settle(written.set)
+            written.wait(PATIENCE_S)
+        return self._store.find_take(key)
+
+    def _reel(self, take: int) -> tuple[Reel, int | None]:
+        """Of a recorded take, and its seed. Raises NotFoundError, ConflictError for one of another
+        scene."""
         record = self._store.take(take)
         session = self._store.session(record.session)
         scene = make_scene(self._workspace, session.scene, record.options)
@@ -94,4 +134,10 @@ class LookingBack:
                 f"{record.scene_version}; this stage shows {self._stage.scene.name!r} version "
                 f"{self._stage.scene.version}."
             )
-        return Reel.of_take(scene, record, self._store.load_take(take))
+        reel = Reel.of_take(scene, record, self._store.load_take(take))
+        return reel, None if record.seed == RECORDED else record.seed
+
+
+def _steps(seconds: float, scene: Scene) -> float:
+    """`seconds` in decision steps; at a step where they are one but for rounding."""
+    return round(seconds / scene.dt_s, 6)

@@ -25,6 +25,8 @@ class Reel:
         """Of a run in `scene` that began as `origin` says."""
         self.scene = scene
         self.origin = origin
+        self.key: str | None = None
+        """What its recorder calls the take that the whole run is; None where it is none."""
         self._moments: deque[Snapshot] = deque()
         self._reasons: dict[int, Why] = {}
         self._places: dict[int, Array] = {}
@@ -93,6 +95,10 @@ class Reel:
         if step == position:
             return self.moment(step)
         return self.scene.interpolate(self.moment(step), self.moment(step + 1), position - step)
+
+    def moments(self) -> tuple[Snapshot, ...]:
+        """Those that are remembered, from `first` to `last`."""
+        return tuple(self._moments)
 
     def origin_at(self, step: int) -> Origin:
         """How a take that goes on from that step says where it came from."""

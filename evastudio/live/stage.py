@@ -12,7 +12,7 @@ from evastudio.live.clock import Clock
 from evastudio.live.inputs import HeldKeys
 from evastudio.live.picture import Picture, Show
 from evastudio.live.reel import Reel
-from evastudio.live.review import Review
+from evastudio.live.review import Left, Review
 from evastudio.live.run import Run
 from evastudio.live.sight import Pointer, Sight
 from evastudio.live.sketch import Trail
@@ -54,6 +54,7 @@ class Stage:
         self._chose: str | None = None
         self._fresh = True
         self._review: Review | None = None
+        self._left: Left | None = None
         self._next_frame = now
         self._countdown_ends = now
         self._before_pause = Phase.READY
@@ -167,16 +168,15 @@ class Stage:
 
     # -- looking back --------------------------------------------------------------------------
 
-    def review(
-        self, reel: Reel, at: float, now: float, wall: float, seed: int | None = None
-    ) -> None:
+    def review(self, reel: Reel, at: float, now: float, seed: int | None = None) -> None:
         """Look back at a run, from step `at` on, in the world of `seed` where that is another.
 
-        A running take is kept as it is.
+        What is on the stage is paused, a running take too; `leave` goes back to it.
         """
-        self.end_take(wall)
+        self.pause(now)
+        left = self._left or Left(self.run, self._actors, self.mode, self.phase, self._before_pause)
         self._enter(Run(reel.scene, self.run.seed if seed is None else seed, reel))
-        self._review = Review(reel, at, now)
+        self._review, self._left = Review(reel, at, now), left
         self.mode, self.phase = Mode.REVIEW, Phase.REVIEWING
         self._look()
 
@@ -189,14 +189,32 @@ class Stage:
         """See `Review.roll`. Raises ConflictError in no look back."""
         self._looking_back().roll(speed, now)
 
+    def leave(self) -> None:
+        """Back to what was on the stage before one looked back, held still where it was moving.
+
+        Raises ConflictError in no look back.
+        """
+        self._looking_back()
+        left = self._left
+        assert left is not None
+        self._enter(left.run)
+        self._actors = left.actors
+        self.mode, self.phase, self._before_pause = left.mode, left.phase, left.before_pause
+        self._next_frame = 0.0
+
+    @property
+    def present(self) -> Run:
+        """The run that is on the stage, also while one looks back at another."""
+        return self.run if self._left is None else self._left.run
+
     def here(self) -> tuple[Snapshot, Origin]:
         """The moment that one looks at, or the present one, and where it is from."""
         return self.run.after, self.run.reel.origin_at(self.run.steps)
 
     @property
     def reasoner(self) -> Reasoner | None:
-        """Of what plays, or gave way to a person."""
-        return self._actors.reasoner
+        """Of what plays, or gave way to a person, or was left for a look back."""
+        return (self._actors if self._left is None else self._left.actors).reasoner
 
     def why(self) -> Why | None:
         """What the decision that one looks at came from, or the latest one."""
@@ -256,6 +274,8 @@ class Stage:
 
         In a countdown there is no take yet: it is only broken off.
         """
+        if self._review is not None:
+            self.leave()
         if self._counting_down:
             self._rest()
             return False
@@ -338,6 +358,7 @@ class Stage:
             camera=self.camera,
             cameras=self._sight.names(self.scene, run.after),
             seed=run.seed,
+            forked=run.origin is not None,
             options=dict(self.scene.values),
             problem=None if self.recorder is None else self.recorder.problem,
         )
@@ -390,7 +411,7 @@ class Stage:
         return paused or self.phase is Phase.RECORDING
 
     def _enter(self, run: Run) -> None:
-        self.run, self.scene, self._review = run, run.scene, None
+        self.run, self.scene, self._review, self._left = run, run.scene, None, None
         self._actors = Actors(run.scene)
         self._sight.forget()
         self._fresh = True
@@ -408,6 +429,7 @@ class Stage:
         if self.recorder is not None:
             run = self.run
             self.recorder.begin(run.scene, run.after, run.take_seed, "person", wall, run.origin)
+            run.reel.key = self.recorder.running_key
 
     def _step(self, wall: float) -> None:
         run = self.run

@@ -73,6 +73,8 @@ class Status:
     cameras: tuple[str, ...]
     """Where it can be seen from."""
     seed: int
+    forked: bool
+    """Whether the run goes on from a moment of another, and can begin there once more."""
     options: Mapping[str, float]
     problem: str | None
     """Why saving does not work at the moment, or None."""

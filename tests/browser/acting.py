@@ -2,7 +2,20 @@
 
 from __future__ import annotations
 
-from playwright.sync_api import Page, expect
+from typing import TYPE_CHECKING
+
+import numpy as np
+from playwright.sync_api import Frame, Page, expect
+
+if TYPE_CHECKING:
+    from conftest import Running
+
+
+FRAMES = """count => new Promise(done => {
+  const next = () => (count-- ? requestAnimationFrame(next) : done(true));
+  next();
+})"""
+"""Wait for that many frames to be drawn."""
 
 
 def phase(page: Page, wanted: str) -> None:
@@ -22,3 +35,15 @@ def focus_view(page: Page) -> None:
     assert box is not None
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     assert page.evaluate("document.activeElement.id") == "view"
+
+
+def camera(studio: Running, frame: Frame, near: np.ndarray | None = None) -> np.ndarray:
+    """Where the browser says it looks from; once it is at `near`, where that is given."""
+    (stage,) = studio.context.stages.all()
+    view = studio.views[stage.name]
+    for _ in range(200):
+        frame.evaluate(FRAMES, 2)
+        told = np.array(view.cameras[0]) if view.cameras else None
+        if told is not None and (near is None or np.abs(told - near).max() < 1e-3):
+            return told
+    raise AssertionError(f"the camera is at {view.cameras}, expected {near}")

@@ -9,31 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from playwright.sync_api import Frame, Page, expect
+from playwright.sync_api import Page, expect
 
 from evastudio.demonstrations.store import Store
-from tests.browser.acting import at_least, focus_view, phase
+from tests.browser.acting import FRAMES, at_least, camera, focus_view, phase
 
 if TYPE_CHECKING:
-    from conftest import Open, Running
-
-FRAMES = """count => new Promise(done => {
-  const next = () => (count-- ? requestAnimationFrame(next) : done(true));
-  next();
-})"""
-"""Wait for that many frames to be drawn."""
-
-
-def camera(studio: Running, frame: Frame, near: np.ndarray | None = None) -> np.ndarray:
-    """Where the browser says it looks from; once it is at `near`, where that is given."""
-    (stage,) = studio.context.stages.all()
-    view = studio.views[stage.name]
-    for _ in range(200):
-        frame.evaluate(FRAMES, 2)
-        told = np.array(view.cameras[0]) if view.cameras else None
-        if told is not None and (near is None or np.abs(told - near).max() < 1e-3):
-            return told
-    raise AssertionError(f"the camera is at {view.cameras}, expected {near}")
+    from conftest import Open
 
 
 def test_an_animator_flies_cleans_fits_and_plays(

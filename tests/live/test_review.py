@@ -67,7 +67,7 @@ def test_any_moment_of_a_take_is_the_start_of_another(
     data = store.load_take(first.id)
 
     stage.recorder = Recorder(store, first.session)
-    stage.review(Reel.of_take(scene, first, data), 0.0, now, 0.0)
+    stage.review(Reel.of_take(scene, first, data), 0.0, now)
     assert (stage.phase, stage.mode) == (Phase.REVIEWING, Mode.REVIEW)
     stage.seek(12.4, now)
     status = stage.status(now)
@@ -90,7 +90,7 @@ def test_a_look_back_goes_on_at_any_speed_and_stops_at_the_ends(stage: Stage, sc
     now = run(stage, 0.0, 3.02)
     steps = stage.run.reel.last
     assert steps == 45
-    stage.review(stage.run.reel, float(steps), now, 0.0)
+    stage.review(stage.run.reel, float(steps), now)
     shown: list[float] = []
     stage.on_frame.append(lambda picture: shown.append(float(picture.snapshot["position"][0, 0])))
     stage.roll(-2.0, now)
@@ -168,3 +168,46 @@ def test_slow_motion_records_in_the_worlds_own_time(
     assert full * DT == pytest.approx(ramp, abs=2 * DT)
     with pytest.raises(InvalidInputError, match="pace"):
         stage.keep_pace(0.1, now)
+
+
+def test_leaving_a_look_back_goes_on_with_the_take_that_was_left(
+    stage: Stage, scene: Scene, store: Store
+) -> None:
+    stage.demonstrate(scene, 5, 0.0, 0.0)
+    stage.keys.hold(["KeyA"], 1.0)
+    now = run(stage, 0.0, COUNTDOWN_S + 1.0)
+    steps, stood = stage.run.steps, stage.snapshot
+    stage.review(stage.present.reel, 3.0, now)
+    stage.seek(7.0, now)
+    assert (stage.phase, stage.here()[1].step) == (Phase.REVIEWING, 7)
+    stage.review(stage.present.reel, 0.0, now)
+    stage.leave()
+    assert (stage.phase, stage.mode, stage.run.steps) == (Phase.PAUSED, Mode.DEMONSTRATE, steps)
+    assert stage.snapshot is stood
+    with pytest.raises(ConflictError, match="looked back"):
+        stage.leave()
+    stage.resume(now)
+    run(stage, now, 1.0)
+    stage.stop(0.0)
+    ((take, data),) = taken(store, stage)
+    assert take.pairs == steps + 15
+    assert replays(scene, take, data)
+
+
+def test_a_take_thrown_away_while_looking_back_is_left_first(stage: Stage, scene: Scene) -> None:
+    stage.demonstrate(scene, 5, 0.0, 0.0)
+    now = run(stage, 0.0, COUNTDOWN_S + 1.0)
+    stage.review(stage.present.reel, 3.0, now)
+    assert stage.discard(0.0)
+    assert stage.phase is Phase.READY
+
+
+def test_leaving_goes_back_to_the_end_of_what_played(stage: Stage, scene: Scene) -> None:
+    stage.play(scene, StraightPilot(), 9, 0.0, 0.0)
+    now = run(stage, 0.0, 1.02)
+    stage.review(stage.present.reel, 0.0, now)
+    stage.leave()
+    assert (stage.phase, stage.mode) == (Phase.PAUSED, Mode.PLAY)
+    stage.resume(now)
+    run(stage, now, 1.0)
+    assert stage.run.reel.last == 30

@@ -76,8 +76,22 @@ export const api = {
   sessions: (scene) => every(`/sessions?scene=${q(scene)}`),
   /** @param {string} scene @param {string} name @returns {Promise<Session>} */
   makeSession: (scene, name) => ask("POST", "/sessions", { scene, name }),
-  /** @param {number} session @returns {Promise<Take[]>} */
-  takes: (session) => every(`/sessions/${session}/takes`),
+  /**
+   * The newest takes, the newest first, and whether there are more.
+   * @param {number} session
+   * @param {number} limit up to 1000
+   * @returns {Promise<{items: Take[], more: boolean}>}
+   */
+  takes: async (session, limit) => {
+    const page = await ask("GET", `/sessions/${session}/takes?newest=true&limit=${limit}`);
+    return { items: page.items, more: page.next !== null };
+  },
+  /** @param {number} session @returns {Promise<{take: number, remarks: import("./types.js").Remark[]}[]>} */
+  remarks: async (session) => (await ask("GET", `/sessions/${session}/remarks`)).items,
+  /** @param {number} take @param {string} note @returns {Promise<Take>} */
+  note: (take, note) => ask("PUT", `/takes/${take}/note`, { note }),
+  /** Address of a picture of a take that has so many pairs. @param {number} take @param {number} pairs */
+  thumbnail: (take, pairs) => `${ROOT}/takes/${take}/thumbnail.svg?pairs=${pairs}`,
   /** @param {number} take @returns {Promise<Take>} */
   trash: (take) => ask("POST", `/takes/${take}/trash`),
   /** @param {number} take @returns {Promise<Take>} */
@@ -134,6 +148,8 @@ export const api = {
   stages: () => every("/stages"),
   /** @returns {Promise<{name: string, role: "author" | "viewer"}>} */
   me: () => ask("GET", "/me"),
+  /** @param {string} stage @returns {Promise<import("./types.js").Strip>} */
+  strip: (stage) => ask("GET", `/stages/${q(stage)}/strip`),
   /** @param {string} stage @returns {Promise<object>} */
   stage: (stage) => ask("GET", `/stages/${q(stage)}`),
 };

@@ -2,7 +2,7 @@
 
 /**
  * The element with that id, of that class.
- * @template {HTMLElement} T
+ * @template {Element} T
  * @param {string} id
  * @param {new () => T} kind
  * @returns {T}

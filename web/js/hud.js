@@ -23,11 +23,12 @@ export function hud(store) {
   const hint = byId("ending-hint", HTMLElement);
   const late = byId("late", HTMLElement);
 
-  store.watch(({ status }) => {
+  store.watch(({ status, takes }) => {
     if (status === null) return;
     phase.dataset.phase = status.phase;
     phase.dataset.mode = status.mode ?? "";
-    say(phase, phaseWords(status));
+    const looked = takes?.find(({ id }) => id === status.take);
+    say(phase, phaseWords(status, looked?.number));
     say(numbers.pairs, count(status.pairs));
     say(numbers.seconds, status.seconds.toFixed(1));
     say(numbers.takes, count(status.takes_kept));
@@ -39,6 +40,7 @@ export function hud(store) {
     say(countdown, String(Math.max(1, Math.ceil(status.countdown_s))));
     paused.hidden = status.phase !== "paused";
     progress.value = status.progress;
+    progress.hidden = ["paused", "ended", "reviewing"].includes(status.phase) && status.length_s > 0;
 
     ending.hidden = status.phase !== "ended" || status.outcome === null;
     outcome.dataset.success = String(status.success ?? "");
@@ -52,8 +54,9 @@ export function hud(store) {
 }
 
 /** @param {Status} status */
-function ended({ mode, pairs, seconds }) {
+function ended({ mode, pairs, seconds, forked }) {
   if (mode === "play") return `After ${duration(seconds)}. R plays again in another world.`;
   if (pairs === 0) return "R starts again.";
-  return `${plural(pairs, "pair")} kept. R starts another take, Backspace throws this one away.`;
+  const again = forked ? "Shift R tries again from there" : "R starts another take";
+  return `${plural(pairs, "pair")} kept. ${again}, Backspace throws this one away.`;
 }

@@ -8,25 +8,54 @@ import { keyName } from "./words.js";
 /** @param {string} code */
 const key = (code) => make("kbd", { "data-code": code }, keyName(code));
 
+/** What can be done by a key or a click: [use, command, key as it is shown, words]. */
+const DOES = [
+  ["pause", "pause", "Space", "pause"],
+  ["resume", "resume", "Space", "go on"],
+  ["again", "restart", "R", "start again"],
+  ["same", "restart-same", "⇧ R", "same world again"],
+  ["there", "restart-same", "⇧ R", "try again from there"],
+  ["keep", "keep-last", "K", "keep the last"],
+  ["discard", "discard", "⌫", "throw away"],
+  ["look", "look-back", "L", "look back"],
+  ["stop", "stop", "Esc", "stop"],
+];
+/** Seconds that can be kept of a take's end. */
+const ENDS = [2, 3, 5, 10, 20];
+const ENDS_WITH = "evastudio.keep";
+
+/** How much of a take's end is kept. */
+export const keptSeconds = () => Number(localStorage.getItem(ENDS_WITH) ?? 5);
+
 /**
  * Which hints make sense at the moment.
  * @param {State} state
  * @returns {Record<string, boolean>}
  */
 function useful({ status }) {
-  const acting = ["countdown", "recording", "paused", "playing"].includes(status?.phase ?? "");
-  const demonstrating = status?.mode === "demonstrate";
+  const { phase = "ready", mode = null } = status ?? {};
+  const demonstrating = mode === "demonstrate";
+  const on = mode !== null && mode !== "review";
+  const still = phase === "paused" || phase === "ended";
   return {
-    steer: demonstrating || (status?.mode ?? null) === null,
-    pause: acting,
-    again: (status?.mode ?? null) !== null,
+    steer: demonstrating || mode === null,
+    pause: ["countdown", "recording", "playing"].includes(phase),
+    resume: phase === "paused",
+    again: on,
+    same: on && still && !status?.forked,
+    there: on && still && !!status?.forked,
+    keep: demonstrating && phase !== "countdown" && !!status?.pairs,
     discard: demonstrating,
-    stop: (status?.mode ?? null) !== null,
+    look: on && still,
+    stop: on,
   };
 }
 
-/** @param {import("./store.js").Store} store */
-export function keyHelp(store) {
+/**
+ * @param {import("./store.js").Store} store
+ * @param {(name: string) => void} command
+ */
+export function keyHelp(store, command) {
   const list = byId("keys", HTMLElement);
   let built = "";
   store.watch((state) => {
@@ -39,10 +68,11 @@ export function keyHelp(store) {
           const keys = positive.flatMap((code, i) => [code, negative[i]].filter(Boolean).map(key));
           return make("li", { "data-use": "steer" }, ...keys, ` ${label}`);
         }),
-        make("li", { "data-use": "pause" }, key("Space"), " pause"),
-        make("li", { "data-use": "again" }, key("KeyR"), " start again"),
-        make("li", { "data-use": "discard" }, key("Backspace"), " throw away"),
-        make("li", { "data-use": "stop" }, make("kbd", {}, "Esc"), " stop"),
+        ...DOES.map(([use, name, cap, words]) => {
+          const button = make("button", { type: "button" }, make("kbd", {}, cap), words);
+          button.addEventListener("click", () => command(name));
+          return make("li", { "data-use": use }, button, ...(use === "keep" ? [ends()] : []));
+        }),
       );
     }
     const now = useful(state);
@@ -50,6 +80,18 @@ export function keyHelp(store) {
       if (item instanceof HTMLElement) item.classList.toggle("idle", !now[item.dataset.use ?? ""]);
     }
   });
+}
+
+/** Of how many seconds a take's end is kept. */
+function ends() {
+  const select = make("select", { "aria-label": "How much of the end is kept" });
+  for (const seconds of ENDS) {
+    const option = make("option", { value: String(seconds) }, `${seconds} s`);
+    option.selected = seconds === keptSeconds();
+    select.append(option);
+  }
+  select.addEventListener("change", () => localStorage.setItem(ENDS_WITH, select.value));
+  return select;
 }
 
 /** @param {string[]} held */

@@ -7,7 +7,8 @@
  */
 
 /** What a key does: steer the character, give a command or a signal, or nothing here. */
-/** @typedef {{kind: "hold"} | {kind: "command" | "signal", name: string} | {kind: "swallow"} | null} Meaning */
+/** @typedef {{kind: "hold"} | {kind: "command" | "signal", name: string,
+ *   repeats?: boolean} | {kind: "swallow"} | null} Meaning */
 
 const TYPED = /^(text|search|email|url|tel|password|number)$/;
 
@@ -82,7 +83,7 @@ export class Keys {
     event.stopImmediatePropagation();
     event.preventDefault();
     this.taken.add(event.code);
-    if (event.repeat) return;
+    if (event.repeat && !(meaning.kind === "command" && meaning.repeats)) return;
     if (meaning.kind === "command") this.command(meaning.name);
     if (meaning.kind === "signal") this.signal(meaning.name);
     if (meaning.kind === "hold" && !this.held.has(event.code)) {

@@ -6,7 +6,7 @@ import { decisions } from "./decisions.js";
 import { byId } from "./dom.js";
 import { hud } from "./hud.js";
 import { isOpen, jobs } from "./jobs.js";
-import { keyHelp, showHeld } from "./keyhelp.js";
+import { keptSeconds, keyHelp, showHeld } from "./keyhelp.js";
 import { Keys } from "./keys.js";
 import { Link } from "./link.js";
 import { meaningOf } from "./meaning.js";
@@ -20,7 +20,8 @@ import { sessions } from "./sessions.js";
 import { steps } from "./steps.js";
 import { LAST_SCENE, Store } from "./store.js";
 import { switches } from "./switches.js";
-import { takes } from "./takes.js";
+import { SOME, takes } from "./takes.js";
+import { timeline } from "./timeline.js";
 import { tools } from "./tools.js";
 import { plural } from "./words.js";
 
@@ -33,6 +34,7 @@ const store = new Store({
   sessions: [],
   session: null,
   takes: [],
+  moreTakes: false,
   policies: [],
   policy: null,
   others: null,
@@ -135,17 +137,19 @@ function onJob(job) {
 /**
  * Read sessions, takes and policies again.
  * @param {string | null} [policy] the one to play from now on
+ * @param {number} [some] how many takes at most
  */
-async function reload(policy = store.state.policy) {
+async function reload(policy = store.state.policy, some = Math.max(store.state.takes.length, SOME)) {
   const { scene, session: id } = store.state;
   if (scene === null) return;
   const [known, all, found] = await Promise.all([
     api.sessions(scene.name),
     api.policies(scene.name),
-    id === null ? [] : api.takes(id),
+    id === null ? { items: [], more: false } : api.takes(id, Math.min(some, 1000)),
   ]);
   if (store.state.session !== id || store.state.scene !== scene) return;
-  store.set({ sessions: known, policies: all, takes: found, policy: defaultPolicy(all, policy) });
+  store.set({ sessions: known, policies: all, takes: found.items, moreTakes: found.more,
+    policy: defaultPolicy(all, policy) });
 }
 
 // -- the person ----------------------------------------------------------------------------------
@@ -162,8 +166,15 @@ function signal(name, place) {
 function command(name) {
   const missing = name === "another" ? notNow(store.state, name) : null;
   if (missing) notify(missing);
-  else link.command(name);
+  else if (name === "restart-same") link.command("restart", { same: true });
+  else if (name === "keep-last") link.command(name, { seconds: keptSeconds() });
+  else if (!lookBack(name)) link.command(name);
 }
+const lookBack = timeline(store, {
+  command: (name, more) => link.command(name, more),
+  strip: () => (link.stage ? api.strip(link.stage.id) : Promise.reject(new Error("No stage."))),
+  notify,
+});
 const pointer = new Pointer(view);
 const keys = new Keys(
   (event, onControl) => meaningOf(store.state, event, onControl),
@@ -244,7 +255,14 @@ tools(store, pointer, {
     focusView();
   },
 });
-takes(store, reload);
+takes(store, {
+  look: (take) => {
+    link.command("review", { take });
+    link.command("roll", { speed: 1 });
+    focusView();
+  },
+  reload: (some) => reload(store.state.policy, some),
+});
 options(store);
 policies(store);
 switches(store, onJob);
@@ -253,5 +271,8 @@ clips(store);
 jobs(store);
 hud(store);
 decisions(store);
-keyHelp(store);
+keyHelp(store, (name) => {
+  command(name);
+  focusView();
+});
 link.connect();

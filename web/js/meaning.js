@@ -1,5 +1,39 @@
 /** What each key means at a moment. */
 
+/** Keys that lead through what one looks back at. @type {Record<string, string>} */
+const LOOKING_BACK = {
+  ArrowLeft: "step-back",
+  ArrowRight: "step-on",
+  "Shift+ArrowLeft": "second-back",
+  "Shift+ArrowRight": "second-on",
+  Home: "to-begin",
+  End: "to-end",
+  Space: "roll",
+  KeyJ: "roll-back",
+  KeyL: "roll-on",
+  KeyK: "stand",
+  Comma: "slower",
+  Period: "faster",
+  KeyF: "fork",
+  Escape: "leave",
+};
+const REPEATED = ["step-back", "step-on", "second-back", "second-on"];
+
+/**
+ * @param {KeyboardEvent} event
+ * @param {boolean} onControl
+ * @returns {Meaning}
+ */
+function lookingBack(event, onControl) {
+  const name = LOOKING_BACK[(event.shiftKey ? "Shift+" : "") + event.code];
+  const { id, tagName } = /** @type {Element} */ (event.composedPath()[0]);
+  // Radio buttons and sliders use arrows themselves, and all that is pressed uses Space.
+  const own = event.code === "Space" ? onControl : tagName === "INPUT";
+  const used = /^(Space|Arrow|Home|End)/.test(event.code) && own && id !== "moment";
+  if (name === undefined || used) return null;
+  return { kind: "command", name, repeats: REPEATED.includes(name) };
+}
+
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./keys.js").Meaning} Meaning */
 
@@ -30,12 +64,23 @@ export function meaningOf(state, event, onControl) {
   const signal = scene.signals.find(({ key }) => key === event.code);
   if (signal && acting) return { kind: "signal", name: signal.name };
 
+  if (mode === "review") {
+    const meant = lookingBack(event, onControl);
+    if (meant !== null || ["KeyR", "KeyF"].includes(event.code)) return meant;
+  }
+  const still = phase === "paused" || phase === "ended";
+
   switch (event.code) {
     case "Space":
       if (!acting || (onControl && !demonstrating)) return null;
       return { kind: "command", name: phase === "paused" ? "resume" : "pause" };
     case "KeyR":
-      return mode === null ? null : { kind: "command", name: "restart" };
+      if (mode === null) return null;
+      return { kind: "command", name: event.shiftKey ? "restart-same" : "restart" };
+    case "KeyL":
+      return still || phase === "playing" ? { kind: "command", name: "look-back" } : null;
+    case "KeyK":
+      return mode === "demonstrate" && status.pairs ? { kind: "command", name: "keep-last" } : null;
     case "Backspace":
       return mode === "demonstrate" ? { kind: "command", name: "discard" } : null;
     case "KeyU":

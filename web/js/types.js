@@ -18,21 +18,30 @@
  * @typedef {{id: number, name: string, scene: string, takes_kept: number, takes_trashed: number,
  *   pairs: number, seconds: number, cleaning: Cleaning | null}} Session
  * @typedef {{id: number, number: number, seed: number, pairs: number, seconds: number,
- *   outcome: string | null, trashed: boolean, started_at: number}} Take
+ *   outcome: string | null, trashed: boolean, started_at: number, note: string,
+ *   origin: Origin | null}} Take
+ * @typedef {{step: number, seconds: number, take: number | null, number: number | null,
+ *   policy: string | null}} Origin
+ * @typedef {{kind: string, says: string}} Remark
  * @typedef {{name: string, scene: string, learner: string, pairs: number, session: string | null,
  *   created: string | null, shipped: boolean, stale: boolean, problem: string | null,
  *   report: string[], switches: string[]}} Policy
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled"} JobState
  * @typedef {{id: number, kind: string, session: number | null, state: JobState, progress: number,
  *   message: string, result: Record<string, any> | null, error: string | null}} Job
- * @typedef {"ready" | "countdown" | "recording" | "paused" | "playing" | "ended"} Phase
- * @typedef {{phase: Phase, mode: "demonstrate" | "play" | null, countdown_s: number,
+ * @typedef {"ready" | "countdown" | "recording" | "paused" | "playing" | "ended" |
+ *   "reviewing"} Phase
+ * @typedef {{phase: Phase, mode: "demonstrate" | "play" | "correct" | "review" | null, countdown_s: number,
  *   pairs: number, seconds: number, takes_kept: number, pairs_kept: number,
  *   session: {id: number, name: string} | null, progress: number, outcome: string | null,
  *   success: boolean | null, can_undo: boolean, late_steps: number, steps: number,
  *   policy: string | null, others: string | null, decision: string | null,
  *   decides_s: number | null, lead: number | null, camera: string, cameras: string[],
- *   problem: string | null, options: Record<string, number>}} Status
+ *   problem: string | null, options: Record<string, number>, position_s: number | null,
+ *   length_s: number, speed: number, take: number | null, familiarity: number | null, seed: number,
+ *   forked: boolean}} Status
+ * @typedef {{first_s: number, length_s: number, familiarity: (number | null)[],
+ *   happenings: {seconds: number, kind: "sign" | "near" | "outcome", says: string}[]}} Strip
  * @typedef {{id: string, scene: string, view: string, socket: string}} Stage
  * @typedef {{name: string, kind: "own" | "shipped" | "program"}} PilotEntry
  * @typedef {{id: number, scene: string, created_at: number, says: string[],
@@ -62,7 +71,8 @@
  * @property {Scene | null} scene
  * @property {Session[]} sessions
  * @property {number | null} session the one recorded into
- * @property {Take[]} takes of that session
+ * @property {Take[]} takes the newest of that session, the newest first
+ * @property {boolean} moreTakes whether it has others
  * @property {Policy[]} policies
  * @property {string | null} policy the one that plays
  * @property {string | null} others the policy of everybody else; null: they stand still

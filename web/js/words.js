@@ -39,8 +39,17 @@ export function duration(seconds) {
   return `${Math.floor(whole / 60)}:${String(whole % 60).padStart(2, "0")} min`;
 }
 
-/** @param {Status} status */
-export function phaseWords({ phase, mode, policy }) {
+/** Where a take comes from. @param {import("./types.js").Origin | null} origin */
+export function originWords(origin) {
+  if (origin === null) return "";
+  const at = `at ${origin.seconds.toFixed(1)} s`;
+  if (origin.policy !== null) return `Takes over from “${origin.policy}” ${at}`;
+  if (origin.number !== null) return `Goes on from take ${origin.number} ${at}`;
+  return origin.take === null ? `Goes on from a run ${at}` : `Goes on from a deleted take ${at}`;
+}
+
+/** @param {Status} status @param {number} [number] of the take that is looked back at */
+export function phaseWords({ phase, mode, policy, take }, number) {
   switch (phase) {
     case "ready":
       return "Ready";
@@ -54,6 +63,8 @@ export function phaseWords({ phase, mode, policy }) {
       return policy ? `Playing ${policy}` : "Playing";
     case "ended":
       return mode === "play" ? "Playing ended" : "Take ended";
+    case "reviewing":
+      return take === null ? "Looking back" : `Looking at take ${number ?? ""}`;
   }
 }
 

@@ -55,6 +55,7 @@ class CommandIn(Given):
         "hand-back",
         "keep-last",
         "review",
+        "leave",
         "seek",
         "roll",
         "pace",
@@ -68,7 +69,8 @@ class CommandIn(Given):
     options: dict[str, float] | None = None
     session: int | None = None
     take: int | None = None
-    """The take to look back at; the run on the stage where none is named."""
+    """The take to look back at, where none is named the run on the stage; or the one to keep the
+    end of, where none is named the last."""
     step: Annotated[int, Field(ge=0)] = 0
     """The moment of the take that is to be left out."""
     seconds: Annotated[float, Field(ge=0, le=86_400)] = 0.0

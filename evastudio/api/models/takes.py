@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field, FiniteFloat
 
 from evastudio.api.models.common import Given, Model, Name, Options, Seed, at_most
+from evastudio.demonstrations.names import NOTE_LENGTH
 from evastudio.live.enacting import MOST_STEPS
 
 Step = Annotated[int, Field(ge=0, lt=2**31)]
@@ -18,6 +19,39 @@ Crowd = Annotated[
     Field(min_length=1),
     at_most(MOST_STEPS),
 ]
+
+
+class OriginOut(Model):
+    step: int
+    """The decision of that run before which the take goes on."""
+    seconds: float
+    """The same, since that run began."""
+    take: int | None
+    """The take that it forks from, or whose end it is; null where the run was not recorded."""
+    number: int | None = None
+    """Of that take in its session; null where it is there no more."""
+    policy: str | None
+    """The policy that a person took over from: the take corrects it."""
+
+
+class RemarkOut(Model):
+    kind: Literal["short", "still", "held", "early", "unlike"]
+    says: str
+
+
+class RemarkedOut(Model):
+    take: int
+    remarks: list[RemarkOut]
+
+
+class RemarksOut(Model):
+    items: list[RemarkedOut]
+    """The takes to look at again, the newest first."""
+
+
+class NoteIn(Given):
+    note: Annotated[str, Field(max_length=NOTE_LENGTH)]
+    """Empty to take the note away."""
 
 
 class TakeOut(Model):
@@ -37,12 +71,10 @@ class TakeOut(Model):
     started_at: float
     """Seconds since the epoch."""
     trashed: bool
+    origin: OriginOut | None
+    """What it goes on from, where that is no new world."""
     note: str
-    """What a person wrote about it."""
-
-
-class NoteIn(Given):
-    note: Annotated[str, Field(max_length=2000)]
+    """What a person noted of it."""
 
 
 class TakeIn(Given):
