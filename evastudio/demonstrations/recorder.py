@@ -10,24 +10,20 @@ import contextlib
 import logging
 import threading
 import time
-import uuid
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from evastudio.demonstrations.packing import pack
 from evastudio.demonstrations.records import Origin
+from evastudio.demonstrations.running import Row, Running, packed_rows
 from evastudio.demonstrations.spill import Spill
-from evastudio.demonstrations.spill_file import BEGIN, FINISH, PAIRS, RESTORE, TRASH, Entry
-from evastudio.demonstrations.store import Store, pack_pairs
+from evastudio.demonstrations.spill_file import FINISH, PAIRS, RESTORE, TRASH, Entry
+from evastudio.demonstrations.store import Store
 from evastudio.demonstrations.unsaved import Writing
 from evastudio.errors import NotFoundError, StudioError
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import AnyArray, Snapshot
+from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
 logger = logging.getLogger(__name__)
@@ -37,45 +33,6 @@ CHUNK_S = 0.4
 CLOSE_S = 10.0
 """So long a closing recorder goes on trying to write what it could not."""
 RETRY_S = 0.25
-
-Row = tuple[Array, Array, Snapshot]
-"""State (1, n), action (1, m), or those of all characters (1, characters, m), and moment of one
-decision step."""
-
-
-@dataclass
-class _Running:
-    """A take in the making. Only the keeping thread touches `begin`, `kept` and `broken`."""
-
-    scene: Scene
-    session: int
-    seed: int
-    pilot: str
-    perception: str
-    snapshot: Snapshot
-    started_at: float
-    origin: Origin | None = None
-    key: str = field(default_factory=lambda: uuid.uuid4().hex)
-    pairs: int = 0
-    buffer: list[Row] = field(default_factory=list)
-    begin: Entry | None = None
-    kept: int = 0
-    broken: bool = False
-    """Pairs could not be packed: what follows would not continue the take."""
-
-    def beginning(self) -> Entry:
-        values: dict[str, Any] = {
-            "session": self.session,
-            "scene_version": self.scene.version,
-            "seed": self.seed,
-            "options": dict(self.scene.values),
-            "dt_s": self.scene.dt_s,
-            "pilot": self.pilot,
-            "perception": self.perception,
-            "started_at": self.started_at,
-            "origin": None if self.origin is None else asdict(self.origin),
-        }
-        return Entry(BEGIN, self.key, values, pack(self.snapshot.fixed))
 
 
 class Recorder:
@@ -104,9 +61,9 @@ class Recorder:
         self._closing_at: float | None = None
         self._calls: list[Callable[[], None]] = []
         self._kept = self._written = 0
-        self._take: _Running | None = None
-        self._last: _Running | None = None
-        self._thrown: _Running | None = None
+        self._take: Running | None = None
+        self._last: Running | None = None
+        self._thrown: Running | None = None
         self._failure: str | None = None
         self._broken_off: str | None = None
         self.left: list[Path] = []
@@ -171,7 +128,7 @@ class Recorder:
         self.end(None, now)
         name = scene.perception(self._perception).name
         self._broken_off = None
-        self._take = _Running(scene, self.session, seed, pilot, name, snapshot, now, origin)
+        self._take = Running(scene, self.session, seed, pilot, name, snapshot, now, origin)
 
     def add(self, state: Array, action: Array, snapshot: Snapshot) -> None:
         """One pair and the moment it belongs to: rows of shape (1, n) and (1, m).
@@ -259,28 +216,22 @@ class Recorder:
 
     # -- the keeping thread --------------------------------------------------------------------
 
-    def _keep_pairs(self, take: _Running, rows: list[Row]) -> None:
+    def _keep_pairs(self, take: Running, rows: list[Row]) -> None:
         if take.broken:
             return
         try:
             if take.begin is None:
                 take.begin = take.beginning()
-            moving: dict[str, AnyArray] = {
-                name: np.concatenate([snapshot.moving[name] for _, _, snapshot in rows])
-                for name in rows[0][2].moving
-            }
-            states = np.concatenate([state for state, _, _ in rows])
-            actions = np.concatenate([action for _, action, _ in rows])
-            packed = pack_pairs(states, actions, moving)
+            packed = packed_rows(rows)
         except Exception as error:  # scenes are other people's code
             logger.warning("Pairs could not be packed", exc_info=error)
             take.broken = True
             self._broken_off = f"The take ends here, its pairs cannot be written: {error}"
             return
-        self._keep(take, PAIRS, {"first_step": take.kept, "steps": len(actions)}, packed)
-        take.kept += len(actions)
+        self._keep(take, PAIRS, {"first_step": take.kept, "steps": len(rows)}, packed)
+        take.kept += len(rows)
 
-    def _keep(self, take: _Running, kind: str, values: dict[str, Any], data: bytes = b"") -> None:
+    def _keep(self, take: Running, kind: str, values: dict[str, Any], data: bytes = b"") -> None:
         if take.begin is None:
             return  # of a take without pairs there is no trace
         if kind == PAIRS and take.kept == 0:

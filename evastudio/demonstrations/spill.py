@@ -29,12 +29,8 @@ class Spill:
         self._memory: deque[tuple[Entry, Entry]] = deque()
         self._number = 0
         self._closed = False
-
-    @property
-    def place(self) -> Path | None:
-        """The file that the latest entries went to; None where they are in memory."""
-        with self._lock:
-            return self._files[-1].path if self._files and not self._memory else None
+        self.place: Path | None = None
+        """The file that the latest entry went to; None where it is in memory."""
 
     def put(self, entry: Entry, begin: Entry) -> bool:
         """Whether there is room for it.
@@ -47,6 +43,7 @@ class Spill:
             self._memory.append((entry, begin))
             while self._memory and self._keep(*self._memory[0]):
                 self._memory.popleft()
+            self.place = None if self._memory else self._files[-1].path
             return True
 
     def _keep(self, entry: Entry, begin: Entry) -> bool:
