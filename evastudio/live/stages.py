@@ -46,7 +46,7 @@ class Stages:
                 raise BusyError(
                     f"{MAX_STAGES} stages are open already; close a page that shows one."
                 )
-            if not self._stages:
+            if not compiled.is_loaded():
                 threading.Thread(target=compiled.load, name="loading", daemon=True).start()
             name = secrets.token_hex(6)
             stage = LiveStage(name, self._workspace, self._store, made, seed)
