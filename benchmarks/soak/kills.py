@@ -21,6 +21,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import httpx
@@ -206,7 +207,8 @@ async def _play(
         raise AssertionError(f"no page could demonstrate: {failed}")
     if number is signal.SIGTERM:  # a job runs, too
         address = f"{studio.url}/api/v1/sessions/1/tune"
-        await asyncio.to_thread(httpx.post, address, json={}, headers=HEADERS, trust_env=False)
+        asked = partial(httpx.post, json={}, headers=HEADERS, trust_env=False, timeout=WAIT_S)
+        await asyncio.to_thread(asked, address)
     await asyncio.sleep(moment_s)
     postgres = rounds.postgres
     locking = contextlib.nullcontext()

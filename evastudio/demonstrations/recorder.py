@@ -28,7 +28,7 @@ from evastudio.world.spaces import Array
 
 logger = logging.getLogger(__name__)
 
-CHUNK_S = 0.4
+CHUNK_S = 0.3
 """Longest time that pairs wait in memory; with the write itself it stays under 0.5 s."""
 CLOSE_S = 10.0
 """So long a closing recorder goes on trying to write what it could not."""

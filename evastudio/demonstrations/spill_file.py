@@ -24,6 +24,8 @@ SUFFIX = ".unsaved"
 ASIDE = ".kept"
 """Added to the name of a file that cannot be taken in."""
 FRAME = struct.Struct("<II")
+DONE_BYTES = 256_000
+"""So much that is done with may stay in a file: shortening it can take a busy disk a while."""
 MOST_BYTES = 2**30
 """Of one frame; a longer one is damage."""
 
@@ -68,10 +70,13 @@ class SpillFile:
             self.remove()
             raise
         self._first = self._again = self._at = self.end
+        self._once = False
+        """Whether it holds what is better not done once more: ends, throws into the trash."""
 
     def append(self, entry: Entry) -> None:
         """Raises OSError, and leaves the file as it was, where it cannot be written."""
         leads = self.end == self._first
+        self._once |= entry.kind not in (BEGIN, PAIRS)
         self._append(entry.to_bytes())
         if entry.kind == BEGIN:
             self.keys.add(entry.key)
@@ -107,7 +112,8 @@ class SpillFile:
         """
         length, _ = FRAME.unpack(os.pread(self._file, FRAME.size, self._at))
         self._at += FRAME.size + length
-        if self._at == self.end:
+        if self._at == self.end and (self._once or self.end > DONE_BYTES):
+            self._once = False
             if len(self.keys) > 1:
                 self.keys.clear()
                 self._again = self._first

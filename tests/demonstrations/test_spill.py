@@ -13,7 +13,7 @@ import pytest
 
 from evastudio.demonstrations import spill as spilling
 from evastudio.demonstrations.spill import Spill
-from evastudio.demonstrations.spill_file import BEGIN, PAIRS, Entry, read_spill
+from evastudio.demonstrations.spill_file import BEGIN, FINISH, PAIRS, Entry, read_spill
 from evastudio.demonstrations.unsaved import unsaved
 
 STORE = "a-store"
@@ -44,20 +44,21 @@ def small_files() -> Iterator[None]:
 def test_entries_come_out_as_they_went_in_and_leave_nothing(tmp_path: Path) -> None:
     folder = tmp_path / "unsaved"
     spill = Spill(STORE, [folder])
-    spill.put(FIRST, FIRST)
-    spill.put(pairs(0), FIRST)
-    assert spill.place is not None
-    full = spill.place.stat().st_size
+    end = Entry(FINISH, "one", {"outcome": None, "now": 0.0})
+    for entry in (FIRST, pairs(0)):
+        spill.put(entry, FIRST)
     assert drained(spill) == [FIRST, pairs(0)]
-    assert spill.place.stat().st_size < full
-    spill.put(pairs(1), FIRST)
-    assert read_spill(spill.place).entries == (FIRST, pairs(1)), "it can be read on its own"
-    assert drained(spill) == [pairs(1)]
+    for entry in (pairs(1), end):
+        spill.put(entry, FIRST)
+    assert drained(spill) == [pairs(1), end]
+    assert spill.place is not None
+    assert read_spill(spill.place).entries == (FIRST,), "nothing that is done with ends it again"
     other = Entry(BEGIN, "two", {"session": 1}, b"world")
-    spill.put(other, other)
-    assert drained(spill) == [other]
+    for entry in (other, end):
+        spill.put(entry, other)
+    assert drained(spill) == [other, end]
     spill.put(pairs(2), FIRST)
-    assert read_spill(spill.place).entries == (FIRST, pairs(2))
+    assert read_spill(spill.place).entries == (FIRST, pairs(2)), "it can be read on its own"
     assert drained(spill) == [FIRST, pairs(2)]
     assert spill.close() == ([], 0)
     assert not folder.exists()
