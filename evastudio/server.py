@@ -14,6 +14,7 @@ import time
 import webbrowser
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import uvicorn
 from fastapi import FastAPI, Request, WebSocket
@@ -56,7 +57,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
 
     Raises StorageError where the workspace or its store cannot be used.
     """
-    workspace = settings.workspace.ready()
+    workspace = replace(settings.workspace, paths=False).ready()
     store = Store(workspace.store_url)
     views = Views()
     metrics = Metrics()

@@ -28,6 +28,9 @@ class Workspace:
     store: str | None = field(default=None, repr=False)
     """URL of the session store, with its password if it has one; `studio.db` in `root` when
     None."""
+    paths: bool = True
+    """Whether a policy may be named by the path of its file, too. A server's may not: who talks to
+    it from afar, or sends it a switch, would read any file of this machine."""
 
     @property
     def store_url(self) -> str:

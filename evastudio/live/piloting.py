@@ -10,7 +10,12 @@ from typing import Literal
 
 from evastudio.errors import InvalidInputError, NotFoundError, StudioError
 from evastudio.learning import switch as switches
-from evastudio.learning.catalog import PolicyEntry, find_policy_file, list_policies
+from evastudio.learning.catalog import (
+    PolicyEntry,
+    find_policy_file,
+    list_policies,
+    policy_file_called,
+)
 from evastudio.learning.policy_files import SUFFIX, load_policy
 from evastudio.learning.switch import Switch, load_switch
 from evastudio.pilots.astar import AStarPilot
@@ -69,7 +74,7 @@ def load_pilot(workspace: Workspace, reference: str, scene: Scene) -> Pilot:
     if file_named(plain) is None:
         pilot = find_pilot(plain)
     else:
-        path = find_policy_file(plain, workspace.policy_folders)
+        path = _file(workspace, plain)
         if _is_switch(path):
             name = path.name.removesuffix(switches.SUFFIX)
             pilot = load_switchboard(workspace, load_switch(path), scene, name)
@@ -87,7 +92,7 @@ def load_switchboard(
     for number, entry in enumerate(switch.entries, start=1):
         try:
             plain = file_named(entry.policy)
-            if plain is not None and _is_switch(find_policy_file(plain, workspace.policy_folders)):
+            if plain is not None and _is_switch(_file(workspace, plain)):
                 raise InvalidInputError(_nested(plain))
             pilots.append(load_pilot(workspace, entry.policy, scene))
         except StudioError as error:
@@ -121,7 +126,7 @@ def scene_of(workspace: Workspace, references: Iterable[str]) -> str:
     for name in references:
         plain = file_named(name)
         if plain is not None:
-            path = find_policy_file(plain, workspace.policy_folders)
+            path = _file(workspace, plain)
             if _is_switch(path):
                 return str(load_switch(path).scene["name"])
             return load_policy(path).scene_name
@@ -132,7 +137,7 @@ def fingerprint(workspace: Workspace, name: str) -> str | None:
     """SHA-256 of a policy's file, hexadecimal, of a switch with its policies' files; None for a
     pilot that is a program."""
     try:
-        path = find_policy_file(name.removeprefix(GUARDED), workspace.policy_folders)
+        path = _file(workspace, name.removeprefix(GUARDED))
     except NotFoundError:
         return None
     digest = hashlib.sha256(path.read_bytes())
@@ -149,6 +154,13 @@ def fitted_anew(workspace: Workspace, marks: Mapping[str, str | None]) -> list[s
 
 def _nested(name: str) -> str:
     return f"{name!r} is itself a switch; list the policies that it is made of."
+
+
+def _file(workspace: Workspace, reference: str) -> Path:
+    """The file of a policy or switch by its name, or by its path where `workspace` allows that."""
+    if workspace.paths:
+        return find_policy_file(reference, workspace.policy_folders)
+    return policy_file_called(reference, workspace.policy_folders)
 
 
 def _is_switch(path: Path) -> bool:

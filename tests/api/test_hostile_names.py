@@ -127,6 +127,39 @@ def test_attack_path_traversal_in_what_is_asked_for(studio: Studio, name: str) -
     assert outside(studio) == before
 
 
+def test_attack_policies_elsewhere_on_the_machine(studio: Studio) -> None:
+    """A whole policy file outside of the workspace, named by its path, and by a switch."""
+    outside_file = studio.workspace.root.parent / "elsewhere.safetensors"
+    outside_file.write_bytes(
+        (shipped() / "policies" / "asteroids-careful.safetensors").read_bytes()
+    )
+    client, path = studio.client, str(outside_file)
+    switch = {"name": "leading-out", "entries": [{"policy": path, "when": "after:3s"}]}
+    switch["entries"].append({"policy": "straight"})
+    stage = client.post(f"{API}/stages", json={"scene": "asteroids"}).json()
+    play = {"name": "play", "policy": path}
+    worlds = client.post(f"{API}/worlds", json={"scene": "asteroids", "seeds": [1]}).json()
+    for answer in (
+        client.post(f"{API}/stages/{stage['id']}/commands", json=play),
+        client.post(f"{API}/evaluations", json={"scene": "asteroids", "policies": [path]}),
+        client.post(f"{API}/worlds/{worlds['id']}/play", json={"pilot": path, "steps": 1}),
+        client.get(f"{API}/policies/{path}"),
+    ):
+        assert answer.status_code == 404, (answer.request.url, answer.text)
+    client.delete(f"{API}/stages/{stage['id']}")
+    client.delete(f"{API}/worlds/{worlds['id']}")
+    made = client.post(f"{API}/switches", json=switch)
+    if made.status_code == 202:
+        job = made.json()["id"]
+        with client.stream("GET", f"{API}/jobs/{job}/events") as events:
+            events.read()
+        told = client.get(f"{API}/jobs/{job}").json()
+        assert told["state"] == "failed"
+        assert "There is no policy" in told["error"]
+    else:
+        assert made.status_code == 404, made.text
+
+
 def test_attack_uploads_that_would_be_put_elsewhere(studio: Studio) -> None:
     """Good files under names that lead out of their folder are put nowhere."""
     host = studio.base.removeprefix("http://")
