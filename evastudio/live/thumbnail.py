@@ -25,7 +25,7 @@ LARGE_M = 8.0
 SMALL_M = 0.2
 MOST_THINGS = 90
 MOST_OTHERS = 150
-GROUND, THING, OTHER, ROAD = "#111827", "#34405f", "#8593b5", "#6fcbff"
+GROUND, THING, OTHER, ROAD = "#111827", "#46547a", "#8593b5", "#6fcbff"
 GOOD, BAD, OPEN = "#63dca0", "#ff7d84", "#a3afc9"
 
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from playwright.sync_api import Frame, Page, expect
 
+from evastudio.live.live_stage import LiveStage
+
 if TYPE_CHECKING:
     from conftest import Running
 
@@ -47,3 +49,16 @@ def camera(studio: Running, frame: Frame, near: np.ndarray | None = None) -> np.
         if told is not None and (near is None or np.abs(told - near).max() < 1e-3):
             return told
     raise AssertionError(f"the camera is at {view.cameras}, expected {near}")
+
+
+def moment(page: Page, stage: LiveStage, seconds: float, near: float = 0.01) -> None:
+    """Wait until the timeline stands there, and the stage too."""
+    script = (
+        "([s, n, dt]) => Math.abs(document.getElementById('moment').valueAsNumber * dt - s) < n"
+    )
+    page.wait_for_function(script, arg=[seconds, near, stage.scene.dt_s])
+    for _ in range(200):
+        page.evaluate(FRAMES, 2)
+        if abs(stage.status()["position_s"] - seconds) < near:
+            return
+    raise AssertionError(f"the stage is at {stage.status()['position_s']} s, expected {seconds} s")

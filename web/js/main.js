@@ -167,8 +167,16 @@ function command(name) {
   const missing = name === "another" ? notNow(store.state, name) : null;
   if (missing) notify(missing);
   else if (name === "restart-same") link.command("restart", { same: true });
-  else if (name === "keep-last") link.command(name, { seconds: keptSeconds() });
+  else if (name === "keep-last") keepLast(keptSeconds());
   else if (!lookBack(name)) link.command(name);
+}
+/** @param {number} seconds */
+function keepLast(seconds) {
+  const { status, scene } = store.state;
+  const whole = (status?.pairs ?? 0) * (scene?.dt_s ?? 0);
+  if (whole <= seconds) return notify(`The take has ${whole.toFixed(1)} s so far; all of it is kept.`);
+  link.command("keep-last", { seconds });
+  notify(`Its last ${seconds} s are kept, the rest is in the trash.`);
 }
 const lookBack = timeline(store, {
   command: (name, more) => link.command(name, more),

@@ -21,8 +21,8 @@ export function familiarColor(familiarity) {
 /** @param {number | null} familiarity */
 export function familiarWords(familiarity) {
   if (familiarity === null) return "";
-  if (familiarity < LITTLE) return "like nothing you showed";
-  return familiarity < 0.6 ? "a little like what you showed" : "much like what you showed";
+  if (familiarity < LITTLE) return "unlike your takes";
+  return familiarity < 0.6 ? "a little like your takes" : "like your takes";
 }
 
 /**
@@ -79,8 +79,11 @@ export function drawStrip(svg, strip, at, seek) {
       mark.addEventListener("click", () => seek(seconds));
       return mark;
     });
-    svg.replaceChildren(line, ...parts, draw("rect", { class: "been", height: 2, y: middle + 5 }), ...marks);
+    const been = draw("rect", { class: "been", height: 6, y: middle - 3, rx: 3 });
+    const thumb = draw("circle", { class: "thumb", cy: middle, r: INSET });
+    svg.replaceChildren(line, been, ...parts, ...marks, thumb);
   }
+  svg.querySelector(".thumb")?.setAttribute("cx", String(x(at)));
   const been = svg.querySelector(".been");
   been?.setAttribute("x", String(INSET));
   been?.setAttribute("width", String(Math.max(x(at) - INSET, 0)));

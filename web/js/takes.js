@@ -155,7 +155,7 @@ function row(take, { scene, remarks, shown }, act) {
     make(
       "div",
       { class: "take-does" },
-      button(take.note ? "Change note" : "Note", `note of take ${take.number}`, "note", () =>
+      button("Note", `of take ${take.number}`, "note", () =>
         noteForm(body, take, act.reload),
       ),
       button(

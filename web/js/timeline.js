@@ -79,7 +79,9 @@ export function timeline(store, act) {
   /** @param {number} chosen */
   function choose(chosen) {
     speed = chosen;
-    for (const one of speeds.querySelectorAll("input")) one.checked = Number(one.value) === speed;
+    for (const one of speeds.querySelectorAll("button")) {
+      one.setAttribute("aria-pressed", String(Number(one.value) === speed));
+    }
     const rolling = now()?.speed ?? 0;
     if (rolling) act.command("roll", { speed: Math.sign(rolling) * speed });
   }
@@ -109,16 +111,18 @@ export function timeline(store, act) {
   for (const [name, { moments = 0, seconds = 0 }] of Object.entries(STRIDES)) {
     does[name] = () => to(place() + moments * dt() + seconds);
   }
-  for (const button of box.querySelectorAll("button")) {
-    button.addEventListener("click", () => does[button.dataset.does ?? ""]());
+  for (const button of box.querySelectorAll("button[data-does]")) {
+    button.addEventListener("click", () => does[/** @type {HTMLElement} */ (button).dataset.does ?? ""]());
   }
   speeds.append(
     ...SPEEDS.map((one) => {
-      const input = make("input", { type: "radio", name: "speed", value: String(one) });
-      input.checked = one === speed;
-      input.addEventListener("change", () => choose(one));
       const words = { 0.25: "¼", 0.5: "½" }[one] ?? String(one);
-      return make("label", { title: `${one} times as fast` }, input, make("span", {}, `${words}×`));
+      const title = `${one} times as fast (comma is slower, point faster)`;
+      const pressed = String(one === speed);
+      const attributes = { type: "button", value: String(one), title, "aria-pressed": pressed };
+      const button = make("button", attributes, `${words}×`);
+      button.addEventListener("click", () => choose(one));
+      return button;
     }),
   );
   moment.addEventListener("input", () => to(moment.valueAsNumber * dt()));
@@ -161,9 +165,10 @@ export function timeline(store, act) {
     const key = `${status.take}|${status.length_s}|${looking(status)}|${status.seed}`;
     if (asked === key) return;
     asked = key;
-    strip = null;
+    strip = { first_s: 0, length_s: status.length_s, familiarity: [], happenings: [] };
+    tell();
     const found = await act.strip().catch(() => null);
-    if (asked !== key) return;
+    if (asked !== key || found === null) return;
     strip = found;
     tell();
   }
