@@ -14,7 +14,7 @@ from evastudio.demonstrations.store import Store
 from evastudio.live import headless
 from evastudio.workspace import Workspace, shipped
 from evastudio.world.loading import load_scene_file
-from tests.browser.acting import at_least, camera, moment, phase
+from tests.browser.acting import FRAMES, at_least, camera, moment, phase
 
 if TYPE_CHECKING:
     from conftest import Open, Running
@@ -105,10 +105,12 @@ def test_takes_are_looked_at_noted_and_thrown_away(
     )
     for _ in range(6):
         page.keyboard.press("Shift+ArrowLeft")
-    page.wait_for_function("() => document.getElementById('moment').valueAsNumber < 200")
+    length = stage.status()["length_s"]
+    moment(page, stage, length - 6.0)
+    camera(studio, opened.view, near=stage.scene.camera(stage.snapshot).position)
     page.screenshot(path=pictures / "takes.png")
     page.keyboard.press("End")
-    moment(page, stage, stage.status()["length_s"])
+    moment(page, stage, length)
     with Store(studio.workspace.store_url) as store:
         data = store.load_take(ids[-2])
     end = stage.scene.camera(stage.snapshot).position
@@ -134,4 +136,7 @@ def test_takes_are_looked_at_noted_and_thrown_away(
     expect(page.locator("#strip rect[fill]").nth(20)).to_be_attached()
     page.keyboard.press("Shift+ArrowLeft")
     expect(page.locator("#moment-says")).to_contain_text("like your takes")
+    moment(page, stage, stage.status()["length_s"] - 1.0)
+    camera(studio, opened.view, near=stage.scene.camera(stage.snapshot).position)
+    page.evaluate(FRAMES, 20)
     page.screenshot(path=pictures / "timeline.png")
