@@ -151,6 +151,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     people = People(settings.token, Tokens(store))
     app.state.people = people
     door = Door(settings.host, port, settings.public_url)
+    app.add_middleware(problems.Sizes)
     app.add_middleware(Repeats, store=store)
     app.add_middleware(Guard, door=door, people=people)
     app.add_middleware(Requests, metrics=metrics)

@@ -10,8 +10,10 @@ from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from evastudio.api.limits import RETRY_S
 from evastudio.errors import (
@@ -49,10 +51,13 @@ STATUS: tuple[tuple[type[StudioError], int, str], ...] = (
     (StorageError, 409, "Storage problem"),
 )
 
+TOO_LARGE = "Content Too Large"
+"""What Starlette says of a body that is larger than it may be."""
 SENTENCES: Mapping[int, str] = {
     400: "The request cannot be read.",
     404: "There is nothing at this address.",
     405: "This address takes {allowed}, not {method}.",
+    413: "The body is larger than this address reads; send less at once.",
 }
 
 
@@ -117,7 +122,7 @@ def install(app: FastAPI) -> None:
         headers = dict(error.headers or {})
         if error.status_code == 405:
             headers["Allow"] = _methods(request)
-        if detail == title:
+        if detail in (title, TOO_LARGE):
             detail = SENTENCES.get(error.status_code, detail + ".").format(
                 method=request.method, allowed=headers.get("Allow", "other methods")
             )
@@ -131,6 +136,32 @@ def install(app: FastAPI) -> None:
         return problem_response(
             500, "Failed", "This did not work, for a reason that the server's log tells."
         )
+
+
+class Sizes:
+    """ASGI middleware: a body that says beforehand that it is too large is refused as a problem.
+
+    Starlette refuses it by itself, in plain text.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        refused = False
+
+        async def sending(message: Message) -> None:
+            nonlocal refused
+            if message["type"] == "http.response.start" and message["status"] == 413:
+                kind = Headers(raw=message["headers"]).get("content-type", "")
+                refused = kind.startswith("text/plain")
+                if refused:
+                    response = problem_response(413, HTTPStatus(413).phrase, SENTENCES[413])
+                    await response(scope, receive, send)
+            if not refused:
+                await send(message)
+
+        await self._app(scope, receive, sending)
 
 
 def _methods(request: Request) -> str:

@@ -196,4 +196,5 @@ def test_attack_links_in_the_workspace(studio: Studio) -> None:
     finally:
         link.unlink()
         target.unlink()
-        studio.workspace.motion.rmdir()
+        if not any(studio.workspace.motion.iterdir()):
+            studio.workspace.motion.rmdir()
