@@ -20,6 +20,7 @@ import uvicorn
 from fastapi import FastAPI, Request, WebSocket
 from starlette.responses import FileResponse, Response
 from starlette.staticfiles import StaticFiles
+from starlette.types import ASGIApp
 
 from evastudio.api import limits, openapi, problems
 from evastudio.api.access import Guard
@@ -98,7 +99,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
                 await loop.run_in_executor(closing, compiler.wait)
         store.close()
 
-    app = FastAPI(
+    app = _App(
         title="EVA Studio",
         lifespan=lifespan,
         docs_url=None,
@@ -151,12 +152,18 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     people = People(settings.token, Tokens(store))
     app.state.people = people
     door = Door(settings.host, port, settings.public_url)
-    app.add_middleware(problems.Sizes)
     app.add_middleware(Repeats, store=store)
     app.add_middleware(Guard, door=door, people=people)
     app.add_middleware(Requests, metrics=metrics)
     app.add_middleware(Health, ask=store.ask)
     return app
+
+
+class _App(FastAPI):
+    """FastAPI, which refuses bodies that are too large before any middleware, as problems."""
+
+    def build_middleware_stack(self) -> ASGIApp:
+        return problems.Sizes(super().build_middleware_stack())
 
 
 def serve(settings: Settings, announce: Callable[[str], None]) -> None:
