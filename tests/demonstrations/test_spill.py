@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
 import subprocess
@@ -32,13 +33,15 @@ def drained(spill: Spill) -> list[Entry]:
     return found
 
 
-@pytest.fixture
+@contextlib.contextmanager
 def small_files() -> Iterator[None]:
     """No file of this process may grow beyond 2 kB, as on a disk that is full."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 def test_entries_come_out_as_they_went_in_and_leave_nothing(tmp_path: Path) -> None:
@@ -92,12 +95,12 @@ def test_a_torn_end_is_left_out(tmp_path: Path, cut: int) -> None:
     assert read_spill(left).entries == (FIRST, pairs(0)), "what is damaged counts as torn"
 
 
-def test_a_full_disk_moves_the_line_to_the_next_folder(tmp_path: Path, small_files: None) -> None:
+def test_a_full_disk_moves_the_line_to_the_next_folder(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("no folder")
     spill = Spill(STORE, [tmp_path / "file" / "unsaved", tmp_path / "unsaved"])
     entries = [FIRST, *(pairs(number, 400) for number in range(20))]
-    for entry in entries:
-        assert spill.put(entry, FIRST)
+    with small_files():
+        assert all(spill.put(entry, FIRST) for entry in entries)
     files = sorted((tmp_path / "unsaved").iterdir())
     assert len(files) > 3
     assert all(read_spill(file).entries[0] == FIRST for file in files)
