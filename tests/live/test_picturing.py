@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,13 @@ from evastudio.errors import NotFoundError, StorageError
 from evastudio.live.picturing import draw_pictures, kept_pictures, picture_file
 from evastudio.pilots.pegasus import Pegasus
 from evastudio.workspace import Workspace
+
+
+@pytest.fixture
+def store(workspace: Workspace) -> Iterator[Store]:
+    """That of the workspace, which evaluations are kept in."""
+    with Store(workspace.store_url) as opened:
+        yield opened
 
 
 def evaluated(workspace: Workspace, density: float, *names: str) -> int:
