@@ -37,7 +37,8 @@ def store_url(workspace: Workspace) -> str:
 
 @pytest.fixture
 def worlds(workspace: Workspace, store: Store) -> Iterator[Worlds]:
-    made = Worlds(workspace, store, clock=lambda: 1e9)
+    of_a_server = replace(workspace, paths=False)
+    made = Worlds(of_a_server, store, clock=lambda: 1e9)
     yield made
     made.close_all()
 
