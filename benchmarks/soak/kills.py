@@ -113,7 +113,7 @@ class Rounds:
                 found.ended_s.append(ended_s)
             if self.postgres is not None and self.postgres.process is None:
                 self.postgres.start()
-            waiting = list(self._unsaved.glob("*"))
+            waiting = [file for file in self._unsaved.glob("*") if file.stat().st_size]
             studio = self.nursery.studio(self.workspace)
             before = len(found.wrong)
             self._await_rescue(waiting, found)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import logging
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,9 @@ from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError, StorageError
 
 logger = logging.getLogger(__name__)
+
+EMPTY_S = 60.0
+"""An empty file that is younger is about to be written."""
 
 
 class Writing:
@@ -114,6 +118,7 @@ def take_in(store: Store, folders: Sequence[Path]) -> list[Waiting]:
     for path in _paths(folders, store.identity):
         with _alone(path) as ours:
             if not ours:
+                _forget_empty(path, time.time())
                 continue
             found = _waiting(path, store.identity)
             if found.spilled is None:
@@ -166,6 +171,14 @@ def _alone(path: Path) -> Iterator[bool]:
             yield False
             return
         yield path.exists() and path.stat().st_size > 0  # an empty one is about to be locked
+
+
+def _forget_empty(path: Path, now: float) -> None:
+    """Delete a file that was made and never written: its process was killed in between."""
+    with contextlib.suppress(OSError):  # somebody was faster
+        seen = path.stat()
+        if seen.st_size == 0 and now - seen.st_mtime > EMPTY_S:
+            path.unlink()
 
 
 def _waiting(path: Path, identity: str) -> Waiting:

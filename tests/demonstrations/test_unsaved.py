@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import shutil
 import subprocess
 import sys
@@ -305,3 +306,15 @@ def test_a_server_made_read_only_in_a_take_loses_nothing(
         (take,) = store.takes(session)
         assert take.pairs == recorder.pairs
         assert whole(store, take.id, take.pairs)
+
+
+def test_a_file_that_was_made_and_never_written_does_not_stay(file: Path, folder: Path) -> None:
+    folder.mkdir()
+    with Store(f"sqlite:///{file}") as store:
+        old, new = (folder / f"{store.identity}-000000-{name}.unsaved" for name in ("old", "new"))
+        for path in (old, new):
+            path.touch()
+        long_ago = new.stat().st_mtime - 3600
+        os.utime(old, (long_ago, long_ago))
+        assert take_in(store, [folder]) == []
+    assert [path.name for path in folder.iterdir()] == [new.name]
