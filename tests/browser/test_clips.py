@@ -44,7 +44,8 @@ def test_a_clip_of_ones_own_is_dropped_chosen_and_walked(
     assert not (studio.workspace.motion / "broken.bvh").exists()
 
     choice = page.get_by_label("Walk", exact=True)
-    choice.select_option(label="Stroll")
+    with page.expect_response("**/clips/activities/walk"):
+        choice.select_option(label="Stroll")
     expect(choice).to_be_focused()
     expect(choice).to_have_value("hero.glb/Stroll")
     page.screenshot(path=pictures / "movement.png")
@@ -62,7 +63,8 @@ def test_a_clip_of_ones_own_is_dropped_chosen_and_walked(
     apart = playing.figures.joints(moment).positions - figures().joints(moment).positions
     assert np.abs(apart).max() > 0.02
 
-    choice.select_option(label="As it comes")
+    with page.expect_response("**/clips/activities/walk"):
+        choice.select_option(label="As it comes")
     expect(choice).to_have_value("")
     expect(page.locator("#notice .error")).to_have_count(0)
     assert json.loads((studio.workspace.motion / CHOICES).read_text()) == {}
