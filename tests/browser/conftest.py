@@ -52,7 +52,9 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture
 def page(browser: Browser, run_studio: Callable[[], Running]) -> Iterator[Page]:
     """An empty page, closed before the studio ends; the test fails if anything throws in it."""
-    context = browser.new_context(viewport={"width": 960, "height": 600})
+    context = browser.new_context(
+        viewport={"width": 960, "height": 600}, color_scheme="dark", reduced_motion="reduce"
+    )
     context.set_default_timeout(WAIT_MS)
     opened = context.new_page()
     thrown: list[str] = []
