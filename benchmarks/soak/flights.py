@@ -28,8 +28,8 @@ class Flight:
     session: int
     restarts: bool
     """Whether it begins a new take now and then."""
-    told: list[int] = field(default_factory=list)
-    """Pairs of each take that was begun, as last told."""
+    told: dict[int, int] = field(default_factory=dict)
+    """Pairs of each take that was begun, as last told, by the seed of its world."""
     problem: str | None = None
     recording: asyncio.Event = field(default_factory=asyncio.Event)
     well: asyncio.Event = field(default_factory=asyncio.Event)
@@ -55,21 +55,17 @@ class Flight:
         await socket.send(json.dumps({"type": "command", "name": "demonstrate"}))
         await socket.send(json.dumps({"type": "keys", "held": ["KeyW"], "time_ms": 0.0}))
         restarting = asyncio.create_task(self._restart(socket))
-        phase = ""
         try:
             async for text in socket:
                 told = json.loads(text)
                 if told["type"] == "status":
-                    self._note(told, phase)
-                    phase = told["phase"]
+                    self._note(told)
         finally:
             restarting.cancel()
 
-    def _note(self, told: dict[str, Any], before: str) -> None:
+    def _note(self, told: dict[str, Any]) -> None:
         if told["phase"] == "recording":
-            if before != "recording" or told["pairs"] < self.told[-1]:
-                self.told.append(0)
-            self.told[-1] = told["pairs"]
+            self.told[told["seed"]] = told["pairs"]
             if told["pairs"] > 0:
                 self.recording.set()
         self.problem = told["problem"]

@@ -163,14 +163,16 @@ class Rounds:
         unseen = 1 if terminated else 0  # begun after the page was sent away
         if len(takes) > len(flight.told) + unseen:
             found.wrong.append(f"{len(takes)} takes, of {len(flight.told)} was told")
-        for place, told in enumerate(flight.told):
-            pairs = takes[place].pairs if place < len(takes) else 0
+        kept = {take.seed: take.pairs for take in takes}
+        for place, (seed, told) in enumerate(flight.told.items()):
+            pairs = kept.get(seed, 0)
             lost_s = (told - pairs) * self._scene.dt_s
             found.takes += 1
             found.lost_s.append(max(0.0, lost_s))
             if lost_s > LOSS_S:
                 found.wrong.append(
-                    f"take {place + 1} of session {flight.session} has {pairs} pairs of {told}"
+                    f"take {place + 1} of session {flight.session} has {pairs} pairs of {told}: "
+                    f"told of {flight.told}, kept are {kept}"
                 )
         for take in takes:
             data = store.load_take(take.id)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 from sqlalchemy import Connection, select
 
 from evastudio.demonstrations import schema
@@ -12,7 +11,7 @@ from evastudio.demonstrations.chunks import read_chunks
 from evastudio.demonstrations.engine import IN_BYTES
 from evastudio.demonstrations.packing import MOVING, unpack
 from evastudio.demonstrations.records import TakeData
-from evastudio.world.snapshot import AnyArray, Snapshot
+from evastudio.world.snapshot import AnyArray, moments_of
 
 
 def read_takes(connection: Connection, takes: Sequence[int]) -> dict[int, TakeData]:
@@ -31,13 +30,9 @@ def read_takes(connection: Connection, takes: Sequence[int]) -> dict[int, TakeDa
 
 
 def _content(world: Mapping[str, AnyArray], recorded: Mapping[str, AnyArray]) -> TakeData:
-    steps = len(recorded["actions"])
-    fixed = {
-        name: np.broadcast_to(array, (steps, *array.shape[1:])) for name, array in world.items()
-    }
     moving = {
         name.removeprefix(MOVING): array
         for name, array in recorded.items()
         if name.startswith(MOVING)
     }
-    return TakeData(Snapshot(fixed, moving), recorded["states"], recorded["actions"])
+    return TakeData(moments_of(world, moving), recorded["states"], recorded["actions"])

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from evastudio.demonstrations.records import RECORDED, TakeData, TakeRecord
 from evastudio.errors import ConflictError
 from evastudio.world.cast import LEAD
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import Snapshot, stack
+from evastudio.world.snapshot import Snapshot, moments_of, stack
 
 
 def replay_take(scene: Scene, take: TakeRecord, data: TakeData) -> Snapshot:
@@ -33,8 +31,4 @@ def replay_take(scene: Scene, take: TakeRecord, data: TakeData) -> Snapshot:
         moment = scene.step(moment, action[None, :])
         moments.append(moment)
     moving = stack([Snapshot({}, moment.moving) for moment in moments]).moving
-    fixed = {
-        name: np.broadcast_to(array, (len(moments), *array.shape[1:]))
-        for name, array in moment.fixed.items()
-    }
-    return Snapshot(fixed, moving)
+    return moments_of(moment.fixed, moving)

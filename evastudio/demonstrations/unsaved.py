@@ -33,10 +33,14 @@ EMPTY_S = 60.0
 
 
 class Writing:
-    """Writes entries into a store. Writing one once more changes nothing."""
+    """Writes entries into a store. Writing one once more changes nothing.
+
+    A take enters the store with what follows its beginning: without pairs it is nowhere.
+    """
 
     def __init__(self, store: Store) -> None:
         self._store = store
+        self._beginnings: dict[str, NewTake] = {}
         self._takes: dict[str, int] = {}
 
     def write(self, entry: Entry) -> None:
@@ -49,12 +53,9 @@ class Writing:
         if entry.kind == BEGIN:
             origin = values.pop("origin")
             values["origin"] = None if origin is None else Origin(**origin)
-            new = NewTake(key=entry.key, fixed=entry.data, **values)
-            self._takes[entry.key] = self._begun(new)
+            self._beginnings[entry.key] = NewTake(key=entry.key, fixed=entry.data, **values)
             return
-        take = self._takes.get(entry.key)
-        if take is None:
-            raise NotFoundError("The take that this belongs to is gone.")
+        take = self._begun(entry.key)
         if entry.kind == PAIRS:
             store.write_pairs(take, values["first_step"], values["steps"], entry.data)
         elif entry.kind == FINISH:
@@ -64,15 +65,22 @@ class Writing:
         elif entry.kind == RESTORE:
             store.restore_take(take)
 
-    def _begun(self, new: NewTake) -> int:
-        try:
-            return self._store.write_take(new)
-        except NotFoundError as error:
+    def _begun(self, key: str) -> int:
+        """The id of a take, which is begun in the store where it was not."""
+        new = self._beginnings.get(key)
+        if new is not None:
             try:
-                self._store.session(new.session)
-            except NotFoundError:
-                raise ConflictError(str(error)) from None
-            raise
+                self._takes[key] = self._store.write_take(new)
+            except NotFoundError as error:
+                try:
+                    self._store.session(new.session)
+                except NotFoundError:
+                    raise ConflictError(str(error)) from None
+                raise
+            del self._beginnings[key]
+        if key not in self._takes:
+            raise NotFoundError("The take that this belongs to is gone.")
+        return self._takes[key]
 
 
 @dataclass(frozen=True)

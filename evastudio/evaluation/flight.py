@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from evastudio.evaluation.smoothness import log_dimensionless_jerk, spectral_arc_length
 from evastudio.world.cast import of_lead
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import AnyArray, Snapshot
+from evastudio.world.snapshot import AnyArray, Snapshot, moments_of
 from evastudio.world.spaces import Array
 
 FEATURES = ("pace", "turning", "clearance")
@@ -71,10 +71,7 @@ def flight_of(
     scene: Scene, fixed: Mapping[str, AnyArray], moving: Mapping[str, AnyArray], actions: Array
 ) -> Flight:
     """The flight in one world: what is `fixed` in it, and what moves, with its moments."""
-    held = {
-        name: np.broadcast_to(array, (len(actions), *array.shape)) for name, array in fixed.items()
-    }
-    moments = Snapshot(held, moving)
+    moments = moments_of({name: array[None] for name, array in fixed.items()}, moving)
     return Flight(moments, actions, scene.clearance(moments))
 
 

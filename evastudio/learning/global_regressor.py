@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator, RegressorMixin
+from sklearn.base import BaseEstimator
 from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
@@ -15,13 +15,14 @@ from evastudio.learning.checking import checked_indices, checked_states
 from evastudio.learning.learner import Indices, Reasons, agreement
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.scaling import Scaling
+from evastudio.learning.vector_regressor import VectorRegressor
 from evastudio.world.spaces import Array, Box, Symbols
 
 NEIGHBORS = 5
 """How many demonstrations an explanation names."""
 
 
-class GlobalRegressor(RegressorMixin, BaseEstimator, ABC):  # type: ignore[misc]
+class GlobalRegressor(VectorRegressor, BaseEstimator, ABC):  # type: ignore[misc]
     """Predicts, explains and checks pairs to be forgotten, for learners that may keep none."""
 
     acts_in: ClassVar[type[Box] | type[Symbols]] = Box
@@ -30,25 +31,8 @@ class GlobalRegressor(RegressorMixin, BaseEstimator, ABC):  # type: ignore[misc]
     """Standardised, where it has pairs."""
     actions_: Array
     """As given, where it has pairs."""
-    flat_: bool
-    """Whether it was fitted to actions of shape (pairs,)."""
     _scaling: Scaling
     _index: NeighborIndex | None
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
-
-    def predict(self, states: Any) -> Array:
-        """Actions (queries, m) for states (queries, n), or (queries,) where fitted so."""
-        check_is_fitted(self)
-        actions = self.decide(checked_states(self, states))
-        return actions[:, 0] if self.flat_ else actions
-
-    @abstractmethod
-    def decide(self, states: Array) -> Array:
-        """Like `predict`, for states known to be good; the answer to one is that in any batch."""
 
     def explain(self, states: Any) -> Reasons:
         """The nearest demonstrations, how much each weighs, and whether they agree.

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
-from sklearn.base import BaseEstimator, RegressorMixin
+from sklearn.base import BaseEstimator
 from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
@@ -20,6 +20,7 @@ from evastudio.learning.checking import (
 from evastudio.learning.learner import SMALLEST, Layout, Reasons, Stored, agreement
 from evastudio.learning.neighbors import Averaging, Indices, NeighborIndex, Way
 from evastudio.learning.scaling import Scaling
+from evastudio.learning.vector_regressor import VectorRegressor
 from evastudio.world.spaces import Array, Box, Space, Symbols
 
 WEIGHTS = ("uniform", "distance")
@@ -191,20 +192,8 @@ class Averaged(NeighborLearner):
             )
 
 
-class Continuous(RegressorMixin, NeighborLearner):  # type: ignore[misc]
-    """Of the learners here those whose actions are real vectors. Subclasses say `decide`."""
-
-    def __sklearn_tags__(self) -> Any:
-        tags = super().__sklearn_tags__()
-        tags.target_tags.multi_output = True
-        return tags
-
-    def predict(self, states: Any) -> Array:
-        """Actions (queries, m) for states (queries, n), or (queries,) where fitted so."""
-        check_is_fitted(self)
-        actions: Array = self.decide(checked_states(self, states))
-        flat: Array = actions[:, 0]
-        return flat if self.flat_ else actions
+class Continuous(VectorRegressor, NeighborLearner):
+    """Of the learners here those whose actions are real vectors."""
 
 
 def inverse_weights(distances: Array) -> Array:

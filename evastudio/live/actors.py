@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from evastudio.live.inputs import HeldKeys
 from evastudio.pilots.why import Reasoner, Why
-from evastudio.world.cast import for_all, of_lead
+from evastudio.world.cast import for_all, of_lead, sound
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene, Signal
 from evastudio.world.snapshot import Snapshot
@@ -81,8 +81,7 @@ class Actors:
             if self.others is not None:
                 theirs, self._memory = self.others.act(scene, snapshot, self._memory)
             actions = for_all(scene, snapshot, self.keys.read(*interval), theirs)
-        sound = scene.action.check(actions.reshape(-1, actions.shape[-1]), "actions chosen")
-        actions = scene.action.clip(sound).reshape(actions.shape)
+        actions = sound(scene, actions)
         if self._signalled:
             own = of_lead(snapshot, actions).copy()
             own[:, list(self._signalled)] = list(self._signalled.values())

@@ -18,7 +18,7 @@ from evastudio.errors import ConflictError, InvalidInputError, StudioError
 from evastudio.live.demonstrating import Demonstration
 from evastudio.live.saved import Saved, checked_like
 from evastudio.live.stepping import Seen, Stepping
-from evastudio.world.cast import LEAD, for_all, of_lead
+from evastudio.world.cast import LEAD, for_all, of_lead, sound
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
@@ -138,7 +138,7 @@ class Batch:
                 acting = self._acting
                 chosen, memory = acting.pilot.act(self.scene, self._worlds.going, acting.memory)
                 self._acting = replace(acting, memory=memory)
-                self._advance(self._sound(chosen))
+                self._advance(sound(self.scene, chosen))
             return self._worlds.see()
 
     def save(self) -> Saved:
@@ -283,10 +283,6 @@ class Batch:
         if leads:
             chosen = for_all(self.scene, worlds.going, chosen)
         return self.scene.action.clip(chosen)
-
-    def _sound(self, chosen: Array) -> Array:
-        sound = self.scene.action.check(chosen.reshape(-1, chosen.shape[-1]), "actions chosen")
-        return self.scene.action.clip(sound).reshape(chosen.shape)
 
     def _advance(self, chosen: Array) -> None:
         on = self._worlds.advance(chosen)

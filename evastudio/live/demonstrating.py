@@ -10,11 +10,12 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import SessionRecord
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, StorageError
-from evastudio.live.enacting import PROGRAM
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
+PROGRAM = "program:"
+"""Begins the name of the pilot of a program's takes; only they can be gone on with over HTTP."""
 AHEAD = 1000
 """Pairs that a fast program may be ahead of the store; then it waits."""
 WAIT_S = 30.0

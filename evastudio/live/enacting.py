@@ -15,15 +15,14 @@ import numpy as np
 from evastudio.demonstrations.resuming import Unfinished, resume_take, written_actions
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError, StorageError
+from evastudio.live.demonstrating import PROGRAM, check_session
 from evastudio.live.headless import make_scene
 from evastudio.workspace import Workspace
 from evastudio.world.cast import for_all, of_lead
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import AnyArray, Snapshot, stack
+from evastudio.world.snapshot import Snapshot, moments_of, stack
 from evastudio.world.spaces import Array, finite_rows
 
-PROGRAM = "program:"
-"""Begins the name of the pilot of such takes; only they can be gone on with."""
 MOST_STEPS = 4096
 """Steps that can be given at once."""
 LONGEST = 100_000
@@ -67,8 +66,7 @@ def begin_take(
     """
     record = store.session(session)
     scene = make_scene(workspace, record.scene, options)
-    if scene.version != record.scene_version:
-        raise _other_version(f"Session {record.name!r}", record.scene_version, scene)
+    check_session(record, scene)
     view = scene.perception(perception)
     chosen = secrets.randbelow(2**53) if seed is None else seed
     start = scene.worlds([chosen])
@@ -114,7 +112,7 @@ def append_actions(
     done = rows[: len(moments)]
     if moments:
         moving = stack([Snapshot({}, one.moving) for one in moments]).moving
-        seen = _seen(scene, going.perception, _together(moment.fixed, moving, len(moments)))
+        seen = _seen(scene, going.perception, moments_of(moment.fixed, moving))
         _compare(states, seen)
         try:
             store.append(take, first_step, seen, done, moving)
@@ -149,7 +147,10 @@ def _going(workspace: Workspace, store: Store, take: int) -> tuple[Unfinished, S
     record = store.session(going.session)
     scene = make_scene(workspace, record.scene, going.options)
     if scene.version != going.scene_version:
-        raise _other_version(f"Take {take}", going.scene_version, scene)
+        raise ConflictError(
+            f"Take {take} is of version {going.scene_version} of the scene, which is now version "
+            f"{scene.version}. Make a new session."
+        )
     return going, scene
 
 
@@ -178,14 +179,6 @@ def _enact(scene: Scene, moment: Snapshot, rows: Array) -> tuple[list[Snapshot],
         moments.append(moment)
         moment = scene.step(moment, row[None])
     return moments, moment
-
-
-def _together(
-    fixed: Mapping[str, AnyArray], moving: Mapping[str, AnyArray], steps: int
-) -> Snapshot:
-    """Moments of one world as a batch, what is fixed in it not copied."""
-    shared = {name: np.broadcast_to(one, (steps, *one.shape[1:])) for name, one in fixed.items()}
-    return Snapshot(shared, moving)
 
 
 def _seen(scene: Scene, perception: str, moments: Snapshot) -> Array:
@@ -242,10 +235,3 @@ def _standing(
     state = _seen(scene, going.perception, moment)[0].tolist()
     closed = going.closed or outcome is not None
     return Standing(going.id, pairs, accepted, closed, outcome, state)
-
-
-def _other_version(what: str, version: int, scene: Scene) -> ConflictError:
-    return ConflictError(
-        f"{what} is of version {version} of the scene, which is now version {scene.version}. "
-        "Make a new session."
-    )

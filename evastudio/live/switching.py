@@ -18,6 +18,7 @@ from evastudio.learning.catalog import checked_policy_name, list_policies
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.switch import SUFFIX, Entry, Switch, save_switch
 from evastudio.learning.switching import LearnedSwitch, MarkedTakes, learn_switch
+from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_switchboard, scene_of
 from evastudio.pilots.marking import mark_field
@@ -111,16 +112,7 @@ def _learn(
     perception: str | None,
     progress: Progress,
 ) -> LearnedSwitch:
-    if session.scene != scene.name:
-        raise ConflictError(
-            f"Session {session.name!r} is of scene {session.scene!r}, and the policies are of "
-            f"{scene.name!r}. Choose a session of the same scene."
-        )
-    if session.scene_version != scene.version:
-        raise ConflictError(
-            f"Session {session.name!r} is of version {session.scene_version} of the scene, which "
-            f"is now version {scene.version}. Mark moments in a new session."
-        )
+    check_session(session, scene)
     return learn_switch(marked_takes(workspace, store, session, perception), progress)
 
 

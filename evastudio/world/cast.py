@@ -34,6 +34,15 @@ def led_by(snapshot: Snapshot, character: int) -> Snapshot:
     return snapshot if lead is None else snapshot.after(lead=np.full_like(lead, character))
 
 
+def sound(scene: Scene, chosen: Array) -> Array:
+    """Actions that somebody chose, (worlds, m) or (worlds, characters, m), within their range.
+
+    Raises InvalidInputError for ones that are no numbers.
+    """
+    checked = scene.action.check(chosen.reshape(-1, chosen.shape[-1]), "actions chosen")
+    return scene.action.clip(checked).reshape(chosen.shape)
+
+
 def for_all(scene: Scene, snapshot: Snapshot, actions: Array, others: Array | None = None) -> Array:
     """Actions of all, (worlds, characters, m), of which the lead's are `actions` (worlds, m).
 

@@ -98,6 +98,16 @@ class Snapshot:
         return self.fixed, np.arange(self.worlds)
 
 
+def moments_of(fixed: Mapping[str, AnyArray], moving: Mapping[str, AnyArray]) -> Snapshot:
+    """Moments of one world as a batch: `moving` has them as leading axis, of any length.
+
+    `fixed`, of one world (1, ...), is not copied.
+    """
+    count = len(next(iter(moving.values())))
+    held = {name: np.broadcast_to(one, (count, *one.shape[1:])) for name, one in fixed.items()}
+    return Snapshot(held, moving)
+
+
 def stack(snapshots: Sequence[Snapshot]) -> Snapshot:
     """One batch from several, in order. All must hold arrays of the same names and shapes."""
     first = snapshots[0]

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel
+from evastudio.api.models.asking import SourceOut
+from evastudio.api.models.common import Model
 
 
-class MomentOut(BaseModel):
-    take: int | None
-    """None where the policy does not know what it learned from."""
-    step: int | None
-    distance: float
-    """How far its state is from the present one, standardised."""
-    weight: float
-    """How much it counted; those of all moments add up to 1."""
+class MomentOut(SourceOut):
     action: dict[str, float] | None
     """What was done then, as it would be done here."""
 
 
-class WhyOut(BaseModel):
+class WhyOut(Model):
     policy: str
     familiarity: float | None
     """How much the moment is like what was demonstrated, 0 to 1."""
