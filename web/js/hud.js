@@ -1,26 +1,40 @@
 /** What lies over the 3D view: phase, countdown, numbers, progress and outcome. */
 
-import { byId, say } from "./dom.js";
+import { byId, make, say } from "./dom.js";
 import { count, duration, outcomeWords, phaseWords, plural } from "./words.js";
 
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./types.js").Status} Status */
 
-/** @param {import("./store.js").Store} store */
-export function hud(store) {
-  const phase = byId("phase", HTMLElement);
+/**
+ * @param {import("./store.js").Store} store
+ * @param {{acts: boolean}} who whether the person at the page is told what they could do
+ */
+export function hud(store, { acts }) {
+  const polite = { role: "status", "aria-live": "polite" };
+  const phase = make("p", { id: "phase", class: "phase", "data-phase": "ready", ...polite }, "Ready");
   const numbers = {
-    pairs: byId("pairs", HTMLElement),
-    seconds: byId("seconds", HTMLElement),
-    takes: byId("takes-kept", HTMLElement),
-    kept: byId("pairs-kept", HTMLElement),
+    pairs: make("dd", { id: "pairs" }, "0"),
+    seconds: make("dd", { id: "seconds" }, "0.0"),
+    takes: make("dd", { id: "takes-kept" }, "0"),
+    kept: make("dd", { id: "pairs-kept" }, "0"),
   };
-  const countdown = byId("countdown", HTMLElement);
-  const paused = byId("paused", HTMLElement);
+  const named = Object.values(numbers).map((number) =>
+    make("div", {}, make("dt", {}, number.id.replace("-", " ")), number),
+  );
+  byId("hud", HTMLElement).append(phase, make("dl", { class: "numbers" }, ...named));
+
+  const countdown = make("p", { id: "countdown", class: "countdown", "aria-hidden": "true" });
+  const outcome = make("p", { id: "outcome", class: "outcome", ...polite });
+  const hint = make("p", { id: "ending-hint", class: "ending-hint" });
+  const ending = make("div", { id: "ending", class: "ending" }, outcome, hint);
+  const paused = make("p", { id: "paused", class: "paused" }, "Paused");
+  if (acts) paused.append(" ", make("kbd", {}, "Space"), " goes on");
+  for (const part of [countdown, ending, paused]) part.hidden = true;
+  hint.hidden = !acts;
+  byId("centre", HTMLElement).append(countdown, ending, paused);
+
   const progress = byId("progress", HTMLProgressElement);
-  const ending = byId("ending", HTMLElement);
-  const outcome = byId("outcome", HTMLElement);
-  const hint = byId("ending-hint", HTMLElement);
   const late = byId("late", HTMLElement);
 
   store.watch(({ status, takes }) => {

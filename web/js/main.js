@@ -277,7 +277,7 @@ switches(store, onJob);
 others(store);
 clips(store);
 jobs(store);
-hud(store);
+hud(store, { acts: true });
 decisions(store);
 keyHelp(store, (name) => {
   command(name);

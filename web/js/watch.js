@@ -65,6 +65,6 @@ setInterval(() => {
   if (link.open) openStage().catch(() => {});
 }, LOOK_MS);
 
-hud(store);
+hud(store, { acts: false });
 decisions(store);
 link.connect();
