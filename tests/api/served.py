@@ -1,14 +1,17 @@
-"""A studio within this process, so that its limits can be made small; and raw requests to it."""
+"""A studio within this process, so that its limits can be made small; and raw requests to one."""
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import uvicorn
+from websockets.asyncio.client import connect
+from websockets.exceptions import InvalidStatus
 
 from evastudio.server import configured, create_app
 from evastudio.settings import Settings
@@ -48,3 +51,16 @@ def raw(base: str, sent: bytes) -> bytes:
 def status(answer: bytes) -> int:
     """Of the first answer in `raw`'s bytes."""
     return int(answer.split(b" ", 2)[1])
+
+
+def knock(url: str, headers: Mapping[str, str]) -> int:
+    """The status that a websocket gets at its handshake."""
+
+    async def attempt() -> int:
+        try:
+            async with connect(url, additional_headers=headers, proxy=None):
+                return 101
+        except InvalidStatus as error:
+            return error.response.status_code
+
+    return asyncio.run(attempt())

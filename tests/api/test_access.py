@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import asyncio
 import http.client
 import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import httpx
-from websockets.asyncio.client import connect
-from websockets.exceptions import InvalidStatus
 
 from evastudio.api.door import Door
+from tests.api.served import knock
 
 if TYPE_CHECKING:
     from conftest import Studio
@@ -115,7 +113,7 @@ def test_the_cookie_alone_changes_nothing_from_another_site(studio: Studio) -> N
     assert httpx.post(url, json=body, headers=own, trust_env=False).status_code == 201
 
 
-def test_another_host_name_is_refused(studio: Studio) -> None:
+def test_another_host_name_is_knock(studio: Studio) -> None:
     host, _, port = studio.base.removeprefix("http://").partition(":")
     for name in ("evil.example", f"evil.example:{port}", "127.0.0.1.evil.example", ""):
         connection = http.client.HTTPConnection(host, int(port))
@@ -127,29 +125,16 @@ def test_another_host_name_is_refused(studio: Studio) -> None:
         connection.close()
 
 
-def refused(url: str, headers: Mapping[str, str]) -> int:
-    """The status with which a websocket is turned away."""
-
-    async def attempt() -> int:
-        try:
-            async with connect(url, additional_headers=headers, proxy=None):
-                return 101
-        except InvalidStatus as error:
-            return error.response.status_code
-
-    return asyncio.run(attempt())
-
-
 def test_websockets_ask_for_the_token_and_their_own_origin(studio: Studio) -> None:
     stage = studio.client.post("/api/v1/stages", json={"scene": "asteroids"}).json()
     cookie = httpx.get(studio.url, trust_env=False).headers["set-cookie"].partition(";")[0]
     for path in (stage["socket"], stage["view"]):
         url = studio.base.replace("http", "ws") + path
-        assert refused(url, {}) == 403
-        assert refused(url, {"Origin": studio.base}) == 403
-        assert refused(url, {"Cookie": cookie}) == 403
-        assert refused(url, {"Cookie": cookie, "Origin": "https://evil.example"}) == 403
-        assert refused(url, {"Authorization": "Bearer wrong"}) == 403
+        assert knock(url, {}) == 403
+        assert knock(url, {"Origin": studio.base}) == 403
+        assert knock(url, {"Cookie": cookie}) == 403
+        assert knock(url, {"Cookie": cookie, "Origin": "https://evil.example"}) == 403
+        assert knock(url, {"Authorization": "Bearer wrong"}) == 403
     url = studio.base.replace("http", "ws") + stage["socket"]
-    assert refused(url, {"Cookie": cookie, "Origin": studio.base}) == 101
-    assert refused(url, {"Authorization": f"Bearer {studio.token}"}) == 101
+    assert knock(url, {"Cookie": cookie, "Origin": studio.base}) == 101
+    assert knock(url, {"Authorization": f"Bearer {studio.token}"}) == 101

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import http.client
 import json
 import os
@@ -15,14 +14,12 @@ from typing import TYPE_CHECKING
 
 import httpx
 import pytest
-from websockets.asyncio.client import connect
-from websockets.exceptions import InvalidStatus
 
 from evastudio.api import throttle
 from evastudio.api.throttle import FREE, MOST_ADDRESSES, REFILL_S, Throttle
 from evastudio.demonstrations.store import Store
 from evastudio.live.tokens import Role, Tokens, cookie_of
-from tests.api.served import BEARER, TOKEN, raw, status, within
+from tests.api.served import BEARER, TOKEN, knock, raw, status, within
 
 if TYPE_CHECKING:
     from conftest import Studio
@@ -49,19 +46,6 @@ def stage(studio: Studio) -> Iterator[Mapping[str, str]]:
     opened = studio.client.post(f"{API}/stages", json={"scene": "asteroids"}).json()
     yield opened
     studio.client.delete(f"{API}/stages/{opened['id']}")
-
-
-def knock(url: str, headers: Mapping[str, str]) -> int:
-    """The status that a websocket gets at its handshake."""
-
-    async def attempt() -> int:
-        try:
-            async with connect(url, additional_headers=headers, proxy=None):
-                return 101
-        except InvalidStatus as error:
-            return error.response.status_code
-
-    return asyncio.run(attempt())
 
 
 # -- from another site -------------------------------------------------------------------------

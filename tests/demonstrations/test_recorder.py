@@ -13,27 +13,12 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.workspace import Workspace
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import Snapshot
+from tests.demonstrations.recording import add, tried
 
 
 @pytest.fixture
 def scene(asteroids: Callable[..., Scene]) -> Scene:
     return asteroids(density=0.5)
-
-
-def add(recorder: Recorder, scene: Scene, snapshot: Snapshot, count: int) -> Snapshot:
-    for _ in range(count):
-        actions = np.full((1, 2), 0.01)
-        recorder.add(scene.perception().perceive(snapshot).states, actions, snapshot)
-        snapshot = scene.step(snapshot, actions)
-    return snapshot
-
-
-def written(recorder: Recorder) -> None:
-    """Return once the recorder has written what it was given."""
-    done = threading.Event()
-    recorder.settle(done.set)
-    assert done.wait(30.0)
 
 
 def test_pairs_reach_the_store_while_the_take_runs(store: Store, scene: Scene) -> None:
@@ -45,7 +30,7 @@ def test_pairs_reach_the_store_while_the_take_runs(store: Store, scene: Scene) -
     unwritten = []
     for _ in range(40):
         snapshot = add(recorder, scene, snapshot, 1)
-        written(recorder)
+        tried(recorder)
         takes = store.takes(session)
         unwritten.append(recorder.pairs - (takes[0].pairs if takes else 0))
     assert max(unwritten) * scene.dt_s < 0.5
@@ -62,12 +47,12 @@ def test_a_discarded_take_comes_back(store: Store, scene: Scene) -> None:
     assert recorder.can_discard
     assert recorder.discard(1.0)
     assert not recorder.discard(1.0)
-    written(recorder)
+    tried(recorder)
     assert store.session(session).takes_trashed == 1
     assert recorder.can_undo
     assert recorder.undo()
     assert not recorder.undo()
-    written(recorder)
+    tried(recorder)
     assert store.session(session).pairs == 10
     recorder.close(2.0)
 
@@ -80,18 +65,18 @@ def test_a_locked_store_is_told_and_nothing_is_lost(workspace: Workspace, scene:
         snapshot = scene.worlds([1])
         recorder.begin(scene, snapshot, 1, "test", 0.0)
         snapshot = add(recorder, scene, snapshot, 12)
-        written(recorder)
+        tried(recorder)
         other = sqlite3.connect(workspace.root / "studio.db", isolation_level=None)
         other.execute("begin exclusive")
         snapshot = add(recorder, scene, snapshot, 6)
-        written(recorder)
+        tried(recorder)
         assert recorder.problem is not None
         assert "goes on in memory" in recorder.problem
         other.execute("rollback")
         other.close()
         add(recorder, scene, snapshot, 7)
         recorder.end("crossed", 1.0)
-        written(recorder)
+        tried(recorder)
         assert recorder.problem is None
         recorder.close(1.0)
         take = store.takes(session)[0]
@@ -110,7 +95,7 @@ def test_closing_waits_for_a_store_that_is_locked(workspace: Workspace, scene: S
         recorder.begin(scene, scene.worlds([1]), 1, "test", 0.0)
         add(recorder, scene, scene.worlds([1]), 3)
         recorder.end("crossed", 1.0)
-        written(recorder)
+        tried(recorder)
         assert recorder.problem is not None
         unlock = threading.Timer(0.2, lambda: other.execute("rollback"))
         unlock.start()
@@ -128,7 +113,7 @@ def test_a_pair_that_cannot_be_written_is_told(store: Store, scene: Scene) -> No
     recorder.begin(scene, snapshot, 1, "test", 0.0)
     recorder.add(np.array([["no number"]], dtype=object), np.zeros((1, 2)), snapshot)
     recorder.flush()
-    written(recorder)
+    tried(recorder)
     assert recorder.problem is not None
     recorder.close(1.0, patience_s=0.0)
 
@@ -139,7 +124,7 @@ def test_a_take_deleted_meanwhile_does_not_hold_up_the_next(store: Store, scene:
     recorder.begin(scene, scene.worlds([1]), 1, "test", 0.0)
     add(recorder, scene, scene.worlds([1]), 10)
     recorder.discard(1.0)
-    written(recorder)
+    tried(recorder)
     assert store.empty_trash(session) == 1
     recorder.undo()
     recorder.begin(scene, scene.worlds([2]), 2, "test", 2.0)

@@ -7,7 +7,6 @@ import os
 import shutil
 import subprocess
 import sys
-import threading
 import tracemalloc
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -21,6 +20,7 @@ from evastudio.demonstrations.unsaved import take_in, unsaved
 from evastudio.errors import StorageError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
+from tests.demonstrations.recording import add, tried
 from tests.postgres import Postgres
 
 LOCK = """
@@ -58,19 +58,13 @@ def own_postgres() -> Iterator[Postgres]:
         server.remove()
 
 
-def add(recorder: Recorder, scene: Scene, snapshot: Snapshot, count: int) -> Snapshot:
-    for _ in range(count):
-        actions = np.full((1, 2), 0.01)
-        recorder.add(scene.perception().perceive(snapshot).states, actions, snapshot)
-        snapshot = scene.step(snapshot, actions)
-    return snapshot
-
-
-def tried(recorder: Recorder) -> None:
-    """Return once the recorder has tried to write what it was given."""
-    done = threading.Event()
-    recorder.settle(done.set)
-    assert done.wait(60.0)
+def begun(store: Store, scene: Scene, name: str, folder: Path) -> tuple[int, Recorder, Snapshot]:
+    """A new session of that name, and its recorder in a take that begins at the snapshot."""
+    session = store.create_session(scene, name, "test", 0.0)
+    recorder = Recorder(store, session, folders=[folder])
+    snapshot = scene.worlds([1])
+    recorder.begin(scene, snapshot, 1, "test", 0.0)
+    return session, recorder, snapshot
 
 
 def add_the_same(
@@ -213,10 +207,7 @@ def test_another_program_that_locks_the_store_loses_nothing_and_no_memory(
     scene: Scene, file: Path, folder: Path
 ) -> None:
     with Store(f"sqlite:///{file}?timeout=0.05") as store:
-        session = store.create_session(scene, "Locked", "test", 0.0)
-        recorder = Recorder(store, session, folders=[folder])
-        snapshot = scene.worlds([1])
-        recorder.begin(scene, snapshot, 1, "test", 0.0)
+        session, recorder, snapshot = begun(store, scene, "Locked", folder)
         snapshot = add(recorder, scene, snapshot, 12)
         tried(recorder)
         with subprocess.Popen(
@@ -251,10 +242,7 @@ def test_a_database_server_killed_in_a_take_loses_nothing(
     scene: Scene, own_postgres: Postgres, folder: Path
 ) -> None:
     with Store(own_postgres.url(own_postgres.create_database())) as store:
-        session = store.create_session(scene, "Killed", "test", 0.0)
-        recorder = Recorder(store, session, folders=[folder])
-        snapshot = scene.worlds([1])
-        recorder.begin(scene, snapshot, 1, "test", 0.0)
+        session, recorder, snapshot = begun(store, scene, "Killed", folder)
         snapshot = add(recorder, scene, snapshot, 20)
         tried(recorder)
         own_postgres.kill()
@@ -285,10 +273,7 @@ def test_a_server_made_read_only_in_a_take_loses_nothing(
         own_postgres.execute("SELECT pg_reload_conf()")
 
     with Store(own_postgres.url(own_postgres.create_database())) as store:
-        session = store.create_session(scene, "Read-only", "test", 0.0)
-        recorder = Recorder(store, session, folders=[folder])
-        snapshot = scene.worlds([1])
-        recorder.begin(scene, snapshot, 1, "test", 0.0)
+        session, recorder, snapshot = begun(store, scene, "Read-only", folder)
         snapshot = add(recorder, scene, snapshot, 6)
         tried(recorder)
         read_only("on")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-
 import numpy as np
 import pytest
 
@@ -19,27 +17,9 @@ from evastudio.live.status import Mode, Phase
 from evastudio.pilots.scripted import find_pilot
 from evastudio.pilots.straight import StraightPilot
 from evastudio.world.scene import Scene
+from tests.live.acting import run
 
 DT = 1 / 15
-
-
-@pytest.fixture
-def scene(asteroids: Callable[..., Scene]) -> Scene:
-    return asteroids(density=0.1)
-
-
-@pytest.fixture
-def stage(store: Store, scene: Scene) -> Iterator[Stage]:
-    made = Stage(scene, 1, 0.0)
-    made.recorder = Recorder(store, store.create_session(scene, "Stage", "test", 0.0))
-    yield made
-    made.recorder.close(0.0)
-
-
-def run(stage: Stage, start: float, seconds: float) -> float:
-    for tick in range(1, round(seconds / 0.004) + 1):
-        stage.advance(start + tick * 0.004, 0.0)
-    return start + seconds
 
 
 def taken(store: Store, stage: Stage) -> list[tuple[TakeRecord, TakeData]]:

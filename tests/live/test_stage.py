@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
-from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.live.picture import Picture
@@ -15,29 +14,9 @@ from evastudio.live.stage import COUNTDOWN_S, Stage
 from evastudio.live.status import Phase
 from evastudio.pilots.straight import StraightPilot
 from evastudio.world.scene import Scene
+from tests.live.acting import run
 
 DT = 1 / 15
-
-
-@pytest.fixture
-def scene(asteroids: Callable[..., Scene]) -> Scene:
-    return asteroids(density=0.1)
-
-
-@pytest.fixture
-def stage(store: Store, scene: Scene) -> Iterator[Stage]:
-    made = Stage(scene, 1, 0.0)
-    made.recorder = Recorder(store, store.create_session(scene, "Stage", "test", 0.0))
-    yield made
-    made.recorder.close(0.0)
-
-
-def run(stage: Stage, start: float, seconds: float, every: float = 0.004) -> float:
-    """Advance the stage for `seconds`, in small steps of the clock."""
-    count = round(seconds / every)
-    for step in range(1, count + 1):
-        stage.advance(start + step * every, 0.0)
-    return start + count * every
 
 
 def test_a_take_goes_from_countdown_to_recording(stage: Stage, scene: Scene) -> None:
