@@ -20,10 +20,8 @@ taken 90 s.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from evastudio.world.bodies import Body, Camera, Look, Mesh
@@ -37,9 +35,11 @@ from evastudio.world.rocks import (
     smallest,
     worst_threats,
 )
+from evastudio.world.rubble import dust, mote_mesh, rock_bodies, rock_meshes
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Sign
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field
+from evastudio.world.spaceship import ship_bodies, ship_meshes
 
 LENGTH = 360.0
 SPEED = 10.0
@@ -206,21 +206,15 @@ class Asteroids(Scene):
         return {**rock_meshes(), **ship_meshes(), "mote": mote_mesh()}
 
     def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
-        rocks = snapshot["rocks"][0]
-        wxyzs, scales = tumbled(len(rocks))
-        kinds = len(ROCKS)
-        bodies = [
-            Body(name, name, rocks[kind::kinds], wxyzs[kind::kinds], scales[kind::kinds], True)
-            for kind, name in enumerate(ROCKS)
-        ]
         theta, phi = snapshot["heading"][0]
         ship = snapshot["position"][:1]
         bank = -snapshot["turn"][0, 0] / TURN * np.radians(35.0)
         pose = quaternions_from_euler(np.array([bank]), np.array([-phi]), np.array([theta]))
-        flicker = 1.0 + 0.08 * np.sin(ship[:, 0] * 7.0) + 0.06 * np.sin(ship[:, 0] * 17.0)
-        parts = [Body(name, name, ship, pose, np.ones(1)) for name in SHIP]
-        flames = [Body(name, name, ship, pose, flicker) for name in FLAMES]
-        return [*bodies, dust(self.values["half_width"]), *parts, *flames]
+        return [
+            *rock_bodies(snapshot["rocks"][0], ROCK_RADIUS),
+            dust(LENGTH, self.values["half_width"]),
+            *ship_bodies(ship, pose),
+        ]
 
     def cameras(self, snapshot: Snapshot) -> Mapping[str, Camera]:
         ship = snapshot["position"][0]
@@ -386,143 +380,6 @@ def ship_axes(heading: Array) -> tuple[Array, Array, Array]:
         np.stack([-sin_t, cos_t, zero], axis=1),
         np.stack([-sin_p * cos_t, -sin_p * sin_t, cos_p], axis=1),
     )
-
-
-# -- meshes ------------------------------------------------------------------------------------
-
-ROCKS: tuple[str, ...] = ("rock_a", "rock_b", "rock_c", "rock_d")
-SHIP: tuple[str, ...] = ("hull", "canopy", "trim", "engines")
-FLAMES: tuple[str, ...] = ("flame", "core")
-Ring = tuple[float, float, float, float, float]
-"""Of a hull: x, half width, half height, y and z of its centre."""
-Solid = tuple[Array, NDArray[np.int64]]
-"""Vertices (V, 3) and faces (F, 3)."""
-
-
-@lru_cache(maxsize=4)
-def tumbled(count: int) -> tuple[Array, Array]:
-    """How `count` rocks lie, and how large they are: quaternions (count, 4), scales (count,)."""
-    spin = np.random.default_rng(count).uniform(-np.pi, np.pi, (count, 3))
-    return quaternions_from_euler(*spin.T), np.full(count, ROCK_RADIUS)
-
-
-@lru_cache(maxsize=4)
-def dust(half: float) -> Body:
-    """Motes in the corridor's light, which show how fast the ship flies."""
-    rng = np.random.default_rng(7)
-    places = rng.uniform((-20.0, -half, -half), (LENGTH + 80.0, half, half), (6000, 3))
-    wxyzs = np.tile((1.0, 0.0, 0.0, 0.0), (len(places), 1))
-    return Body("dust", "mote", places, wxyzs, rng.uniform(0.02, 0.045, len(places)), fixed=True)
-
-
-def mote_mesh() -> Mesh:
-    """A grain that shines."""
-    corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], dtype=np.float64)
-    return Mesh(
-        corners, np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]), (168, 190, 235), glow=True
-    )
-
-
-def rock_meshes() -> dict[str, Mesh]:
-    """Four chipped boulders of radius 1, within the sphere that collides."""
-    colors = ((122, 108, 98), (98, 94, 100), (138, 112, 92), (108, 100, 92))
-    meshes: dict[str, Mesh] = {}
-    for number, (name, color) in enumerate(zip(ROCKS, colors, strict=True)):
-        rng = np.random.default_rng(number)
-        ball = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
-        points = np.asarray(ball.vertices, dtype=np.float64) + rng.normal(0, 0.035, (162, 3))
-        points /= np.linalg.norm(points, axis=1, keepdims=True)
-        cuts = rng.normal(size=(20, 3))
-        cuts /= np.linalg.norm(cuts, axis=1, keepdims=True)
-        depth = rng.uniform(0.8, 0.95, 20)
-        facing = np.maximum(points @ cuts.T, 1e-9)
-        radius = np.minimum((depth / facing).min(axis=1), 1.0)
-        craters = np.exp(-((1.0 - points @ cuts[:4].T) / 0.03)) * 0.09
-        radius *= (1.0 - craters.sum(axis=1)) * rng.uniform(0.985, 1.0, len(points))
-        meshes[name] = Mesh(
-            points * radius[:, None], np.asarray(ball.faces, dtype=np.int64), color, flat=True
-        )
-    return meshes
-
-
-def ship_meshes() -> dict[str, Mesh]:
-    """A small racer, 3.4 m long: pale hull, glass, orange trim, two engines and their flames."""
-    body = [
-        (1.9, 0.03, 0.02, 0.0, -0.1),
-        (1.0, 0.22, 0.14, 0.0, -0.05),
-        (0.1, 0.36, 0.27, 0.0, 0.0),
-        (-0.9, 0.40, 0.28, 0.0, 0.02),
-        (-1.4, 0.26, 0.18, 0.0, 0.05),
-    ]
-    glass = [
-        (0.95, 0.04, 0.03, 0.0, 0.1),
-        (0.45, 0.17, 0.13, 0.0, 0.19),
-        (-0.1, 0.2, 0.16, 0.0, 0.24),
-        (-0.7, 0.08, 0.05, 0.0, 0.28),
-    ]
-    pod = [
-        (-0.2, 0.1, 0.1, 0.62, -0.1),
-        (-0.45, 0.2, 0.18, 0.62, -0.1),
-        (-1.3, 0.2, 0.18, 0.62, -0.1),
-        (-1.45, 0.15, 0.13, 0.62, -0.1),
-    ]
-    wing = [(0.5, 0.25, -0.1), (-1.1, 0.25, -0.1), (-1.25, 1.55, -0.3), (-0.75, 1.55, -0.3)]
-    tip = [(-0.35, 1.5, -0.31), (-1.5, 1.5, -0.31), (-1.5, 1.72, -0.34), (-0.8, 1.72, -0.34)]
-    fin = [(-0.5, 0.3, 0.1), (-1.3, 0.3, 0.1), (-1.65, 0.62, 0.75), (-1.3, 0.62, 0.75)]
-
-    def jet(length: float, wide: float) -> Sequence[Ring]:
-        return [
-            (-1.44, wide, wide, 0.62, -0.1),
-            (-1.44 - 0.3 * length, 0.85 * wide, 0.85 * wide, 0.62, -0.1),
-            (-1.44 - length, 0.01, 0.01, 0.62, -0.1),
-        ]
-
-    return {
-        "hull": joined((214, 220, 230), loft(body, 8), *both(plate(wing, 0.1))),
-        "canopy": joined((24, 70, 110), loft(glass, 8)),
-        "trim": joined((244, 92, 40), *both(plate(tip, 0.14)), *both(plate(fin, 0.07))),
-        "engines": joined((96, 104, 120), *both(loft(pod, 10))),
-        "flame": joined((70, 150, 255), *both(loft(jet(1.1, 0.13), 8)), glow=True),
-        "core": joined((220, 244, 255), *both(loft(jet(0.5, 0.15), 8)), glow=True),
-    }
-
-
-def loft(rings: Sequence[Ring], sides: int) -> Solid:
-    """A closed skin through `rings`, from bow to stern."""
-    angle = (np.arange(sides) + 0.5) * 2 * np.pi / sides
-    skin = [
-        np.stack([np.full(sides, x), y + wide * np.cos(angle), z + high * np.sin(angle)], axis=1)
-        for x, wide, high, y, z in rings
-    ]
-    faces: list[tuple[int, int, int]] = []
-    last = (len(rings) - 1) * sides
-    for start in range(0, last, sides):
-        for side in range(sides):
-            a, b = start + side, start + (side + 1) % sides
-            faces += [(a, a + sides, b), (b, a + sides, b + sides)]
-    for side in range(1, sides - 1):
-        faces += [(0, side, side + 1), (last, last + side + 1, last + side)]
-    return np.concatenate(skin), np.array(faces)
-
-
-def plate(outline: Sequence[tuple[float, float, float]], thick: float) -> Solid:
-    """A convex plate, `thick` metres from top to bottom."""
-    points = np.array(outline)
-    hull = trimesh.convex.convex_hull(np.concatenate([points, points + np.array((0, 0, thick))]))
-    return np.asarray(hull.vertices), np.asarray(hull.faces)
-
-
-def both(solid: Solid) -> tuple[Solid, Solid]:
-    """`solid` and its mirror image on the ship's other side."""
-    return solid, (solid[0] * (1.0, -1.0, 1.0), np.flip(solid[1], axis=1))
-
-
-def joined(color: tuple[int, int, int], *solids: Solid, glow: bool = False) -> Mesh:
-    """One mesh of `solids`."""
-    starts = np.cumsum([0, *(len(points) for points, _ in solids)])
-    faces = [faces + start for (_, faces), start in zip(solids, starts, strict=False)]
-    points = np.concatenate([points for points, _ in solids]).astype(np.float64)
-    return Mesh(points, np.concatenate(faces).astype(np.int64), color, flat=True, glow=glow)
 
 
 SCENE: type[Scene] = Asteroids

@@ -44,12 +44,13 @@ from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
 from evastudio.world.bodies import Body, Mesh
 from evastudio.world.boulder import FALL_S, boulder_bodies, boulder_meshes
-from evastudio.world.cast import of_lead
+from evastudio.world.fleeing import DOWN_S, Boulder, fleeing, lying
 from evastudio.world.grid import (
     AHEAD,
     EIGHTH,
     clearances,
     eighths,
+    granted,
     looked_up,
     occupied,
     wrapped,
@@ -65,7 +66,6 @@ from evastudio.world.scene import (
     MARK,
     Control,
     Option,
-    Percept,
     Perception,
     Scene,
     Sign,
@@ -94,8 +94,6 @@ HASTE = 6.0
 """Metres a second by which a runner's speed changes in a second."""
 KNOCK = 3.5
 """Who stands nearer to the impact than this is knocked over."""
-DOWN_S = 2.5
-"""How long it takes to be up again."""
 AFTER_S = 12.0
 """A world ends this long after the impact."""
 NOWHERE = 1e6
@@ -336,36 +334,7 @@ class Crowd(Peopled):
         asks = codes == WALK
         target = wrapped(cells + AHEAD[facing], self.side)
         free = asks & ~looked_up(occupied(cells, self.side), target)
-        return asks, self._granted(snapshot, cells, facing, target, free)
-
-    def _granted(
-        self,
-        snapshot: Snapshot,
-        cells: AnyArray,
-        facing: AnyArray,
-        target: AnyArray,
-        free: AnyArray,
-    ) -> NDArray[np.bool_]:
-        """Who of those that walk into a `free` cell gets it.
-
-        The first in line, a line that begins with somebody else each step. Two who would cross
-        at a corner claim that corner too.
-        """
-        worlds, people = free.shape
-        shift = 7919 if people % 7919 else 7907
-        turn = (np.arange(people) - snapshot["steps"][:, None] * shift) % people
-        side = self.side
-        world = np.arange(worlds)[:, None]
-        place = (world * side + target[:, :, 1]) * side + target[:, :, 0]
-        first = np.full(worlds * side**2, people)
-        np.minimum.at(first, place[free], turn[free])
-        goes = free & (first[place] == turn)
-        slant = goes & (facing % 2 == 1)
-        low = wrapped(cells + np.minimum(AHEAD[facing], 0), side)
-        corner = (world * side + low[:, :, 1]) * side + low[:, :, 0]
-        first = np.full(worlds * side**2, people)
-        np.minimum.at(first, corner[slant], turn[slant])
-        return np.asarray(goes & (~slant | (first[corner] == turn)))
+        return asks, granted(cells, facing, target, free, snapshot["steps"], self.side)
 
     def _run(self, snapshot: Snapshot, actions: Array, boulder: Array) -> dict[str, AnyArray]:
         """Freely, each as fast as they want within what legs can do."""
@@ -453,7 +422,9 @@ class Crowd(Peopled):
         actions = np.zeros((*chosen.shape, self.action.size))
         actions[:, :, :2] = MOVES[chosen]
         struck = snapshot["boulder"][:, 2] >= FALL_S
-        actions = np.where(struck[:, None, None], self.fleeing(snapshot, haste), actions)
+        actions = np.where(
+            struck[:, None, None], fleeing(snapshot, self.action.size, haste), actions
+        )
         if drop_s:
             lead = (np.arange(snapshot.worlds), snapshot["lead"])
             luck = snapshot["whims"][lead][:, -3:]
@@ -463,15 +434,6 @@ class Crowd(Peopled):
             now = snapshot["steps"] == begins
             let_go = [now[:, None], snapshot["position"][lead] + aside, np.zeros((len(now), 1))]
             actions[lead] = np.concatenate([actions[lead][:, :2], *let_go], axis=1)
-        return actions
-
-    def fleeing(self, snapshot: Snapshot, haste: float) -> Array:
-        """Away from the boulder, (worlds, N, 6)."""
-        apart = snapshot["position"] - snapshot["boulder"][:, None, :2]
-        turn = np.arctan2(apart[:, :, 1], apart[:, :, 0]) - snapshot["heading"]
-        actions = np.zeros((*turn.shape, self.action.size))
-        actions[:, :, 0] = haste * (np.remainder(turn + np.pi, 2 * np.pi) - np.pi) / np.pi
-        actions[:, :, 1] = 1.0
         return actions
 
     # -- what it looks like --------------------------------------------------------------------
@@ -567,53 +529,10 @@ class Crowd(Peopled):
         )
 
 
-# -- perceptions -------------------------------------------------------------------------------
-
-
-class Boulder(Perception):
-    """Where the boulder lies, as one sees it, left and right made one.
-
-    Without that the answers to a boulder straight ahead, a turn all the way to one side or to the
-    other, would cancel out between neighbours.
-    """
-
-    name = "boulder"
-    summary = "The direction of the boulder, seen from the character, whichever side it is on."
-    state = Box((Field("ahead", "1", -1.0, 1.0), Field("aside", "1", 0.0, 1.0)))
-    action = Box((Field("turn", "1", -1.0, 1.0), Field("walk", "1", 0.0, 1.0)))
-
-    def __init__(self, scene: Crowd) -> None:
-        pass
-
-    def perceive(self, snapshot: Snapshot) -> Percept:
-        apart = snapshot["boulder"][:, None, :2] - snapshot["position"]
-        bearing = np.arctan2(apart[:, :, 1], apart[:, :, 0]) - snapshot["heading"]
-        ahead, left = np.cos(bearing), np.sin(bearing)
-        side = np.where(left < 0.0, -1.0, 1.0)
-        return Percept(np.stack([ahead, np.abs(left)], axis=2), side[:, :, None])
-
-    def applies(self, snapshot: Snapshot) -> NDArray[np.bool_]:
-        return np.asarray(
-            of_lead(snapshot, ~lying(snapshot)) & (snapshot["boulder"][:, 2] >= FALL_S)
-        )
-
-    def to_own(self, frame: AnyArray, actions: Array) -> Array:
-        return np.concatenate([actions[..., :1] * frame, actions[..., 1:2]], axis=-1)
-
-    def to_world(self, frame: AnyArray, actions: Array) -> Array:
-        besides = np.zeros((*actions.shape[:-1], 4))
-        return np.concatenate([actions[..., :1] * frame, actions[..., 1:2], besides], axis=-1)
-
-
 def manners(snapshot: Snapshot) -> Array:
     """How people walk, (worlds, N), from shy, -1, to hurried, 1: by how much they do it."""
     low, high = MANNERED
     return np.clip(2.0 * (snapshot["brisk"] - low) / (high - low) - 1.0, -1.0, 1.0)
-
-
-def lying(snapshot: Snapshot) -> NDArray[np.bool_]:
-    """Who has been knocked over and is not up again, (worlds, N)."""
-    return np.asarray((snapshot["hit"] > 0) & (snapshot["boulder"][:, 2:] < FALL_S + DOWN_S))
 
 
 SCENE: type[Scene] = Crowd

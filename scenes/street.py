@@ -35,7 +35,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from evastudio.errors import InvalidInputError
 from evastudio.motion.figures import figures
@@ -45,24 +44,27 @@ from evastudio.motion.shapes import LOOKS
 from evastudio.world.beacon import post_body
 from evastudio.world.bodies import Body, Mesh
 from evastudio.world.cast import of_lead
-from evastudio.world.scene import Control, Option, Percept, Perception, Scene
-from evastudio.world.snapshot import AnyArray, Snapshot, stack
-from evastudio.world.spaces import Array, Box, Field, Space
+from evastudio.world.free_ground import ground_of, kerb_bodies, kerb_mesh
+from evastudio.world.passing import TOUCH, detour, touches
+from evastudio.world.pedestrians import (
+    MOST,
+    TURN,
+    Flow,
+    Goal,
+    Walls,
+    goal_of,
+    moves,
+    nearest,
+    turned,
+)
+from evastudio.world.scene import Control, Option, Perception, Scene
+from evastudio.world.snapshot import Snapshot, stack
+from evastudio.world.spaces import Array, Box, Field
 
 REACH = 0.5
 """Metres from a goal at which it counts as reached."""
-MOST = 3.0
-"""Metres a second, ahead or sideways."""
-TURN = 1.6
-"""Radians that one can turn in a step."""
-WALKS = 0.5
-"""Metres a second from which on one faces the way one walks; who goes slower turns less."""
-CELL = 0.2
-"""Metres from cell to cell of the ground."""
 ERRANDS = 4
 """Goals of everybody in a world that was not recorded."""
-TOUCH = 0.3
-"""Metres between the middles of two people below which they touch."""
 STANDS = 0.2
 """Metres a second below which one stands."""
 APART = 0.9
@@ -219,7 +221,7 @@ class Street(Peopled):
             "metres_per_second": float(speed.mean()),
             "standing": float((speed < STANDS).mean()),
             "goals_per_minute": float((whole["leg"][-1] - whole["leg"][0]).sum() / minutes),
-            "detour": detour(whole),
+            "detour": detour(whole, REACH),
         }
 
     def intention(
@@ -293,16 +295,7 @@ class Street(Peopled):
         return super().interpolate(before, after, fraction).after(turn_rate=turn_rate)
 
     def meshes(self) -> Mapping[str, Mesh]:
-        corners = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]) * (0.5, 0.5, 1.0)
-        points = np.concatenate([corners, corners + np.array([0.0, 0.0, 1.0])])
-        rims = [(i, (i + 1) % 4, 4 + (i + 1) % 4, 4 + i) for i in range(4)]
-        squares = [*rims, (4, 5, 6, 7)]
-        faces = np.array([three for a, b, c, d in squares for three in ((a, b, c), (a, c, d))])
-        kerb = Mesh(points, faces, (150, 144, 134), flat=True)
-        return {
-            **super().meshes(),
-            "kerb": kerb,
-        }
+        return {**super().meshes(), "kerb": kerb_mesh()}
 
     def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
         world = snapshot.take(slice(0, 1))
@@ -322,293 +315,9 @@ class Street(Peopled):
         return [
             *self.square(lead),
             post_body(of_lead(world, goal_of(world))[0]),
-            *kerbs(world),
+            *kerb_bodies(world),
             *self.figures.bodies(people),
         ]
-
-
-# -- perceptions -------------------------------------------------------------------------------
-
-SEEN = 3
-"""People that are perceived."""
-FADE = 2.0
-"""Metres over which the weight of a person seen falls to 1/e."""
-BEHIND = 0.3
-"""Who is farther behind than this is not perceived."""
-FARTHEST = 5.0
-"""Metres; goals beyond are as far as this."""
-RAYS = np.radians([0.0, 45.0, -45.0, 90.0, -90.0])
-"""Ways from that to the goal along which the free ground is perceived."""
-FEELS = np.arange(1, 21) * 0.1
-"""Metres at which it is looked for along each."""
-
-
-MARGIN = 3.0
-"""Metres around a recorded lead's way in which the ground is known."""
-
-
-def near(number: int) -> tuple[Field, ...]:
-    """The fields of one person seen."""
-    return (
-        Field(f"near_ahead{number}", "1", -1.0, 1.0),
-        Field(f"near_left{number}", "1", -1.0, 1.0),
-        Field(f"passing_ahead{number}", "m/s", -3 * MOST, 3 * MOST),
-        Field(f"passing_left{number}", "m/s", -3 * MOST, 3 * MOST),
-    )
-
-
-class Goal(Perception):
-    """The way to the goal, the own velocity and the nearest people ahead.
-
-    Directions are those of the goal. A person seen is a direction and a relative velocity, both
-    fading with distance. What is chosen is the change of velocity, and one faces the way one goes.
-    """
-
-    name = "goal"
-    summary = "How one walks towards the goal, and the three nearest people ahead."
-    relative = True
-    """Others' velocities are seen from one's own."""
-    action: Space | None = Box(
-        (
-            Field("change_ahead", "m/s", -2 * MOST, 2 * MOST),
-            Field("change_left", "m/s", -2 * MOST, 2 * MOST),
-        )
-    )
-    state = Box(
-        (
-            Field("speed_ahead", "m/s", -2 * MOST, 2 * MOST),
-            Field("speed_left", "m/s", -2 * MOST, 2 * MOST),
-            Field("goal", "m", 0.0, FARTHEST),
-            *(field for number in range(1, SEEN + 1) for field in near(number)),
-        )
-    )
-
-    def perceive(self, snapshot: Snapshot) -> Percept:
-        way = goal_of(snapshot) - snapshot["position"]
-        bearing = np.arctan2(way[..., 1], way[..., 0])
-        velocity = snapshot["velocity"]
-        own = turned(velocity, -bearing)
-        distance = np.minimum(np.hypot(way[..., 0], way[..., 1]), FARTHEST)
-        others = nearest(snapshot, bearing, SEEN)
-        far = np.maximum(np.hypot(others.apart[..., 0], others.apart[..., 1]), 0.05)[..., None]
-        fade = np.exp(-far / FADE) * others.seen[..., None]
-        towards = turned(others.apart, -bearing[..., None]) / far * fade
-        base = velocity[:, :, None] if self.relative else 0.0
-        passing = turned(others.velocity - base, -bearing[..., None]) * fade
-        people = np.concatenate([towards, passing], axis=3).reshape(*bearing.shape, -1)
-        seen = [own] if self.relative else []
-        states = np.concatenate([*seen, distance[..., None], people], axis=2)
-        heading = snapshot["heading"]
-        frame = np.concatenate([velocity, bearing[..., None], heading[..., None]], axis=2)
-        return Percept(states, frame)
-
-    def applies(self, snapshot: Snapshot) -> NDArray[np.bool_]:
-        return np.asarray(of_lead(snapshot, snapshot["present"]) > 0)
-
-    def to_own(self, frame: AnyArray, actions: Array) -> Array:
-        velocity = turned(actions[..., 1:], frame[..., 3] + actions[..., 0])
-        return turned(velocity - frame[..., :2], -frame[..., 2])
-
-    def to_world(self, frame: AnyArray, actions: Array) -> Array:
-        velocity = frame[..., :2] + turned(actions, frame[..., 2])
-        return moves(frame[..., 3], velocity)
-
-
-class Flow(Goal):
-    """The goal and the nearest people ahead with how they walk, and not how one walks oneself.
-
-    What is chosen is the velocity. Whoever sees their own speed learns above all to keep it, and
-    once slow stays so; this one has none to keep.
-    """
-
-    name = "flow"
-    summary = "The goal, and where and how the three nearest people ahead walk; not one's own pace."
-    action = Box(
-        (
-            Field("velocity_ahead", "m/s", -2 * MOST, 2 * MOST),
-            Field("velocity_left", "m/s", -2 * MOST, 2 * MOST),
-        )
-    )
-    state = Box(Goal.state.fields[2:])
-    relative = False
-
-    def to_own(self, frame: AnyArray, actions: Array) -> Array:
-        return turned(actions[..., 1:], frame[..., 3] + actions[..., 0] - frame[..., 2])
-
-    def to_world(self, frame: AnyArray, actions: Array) -> Array:
-        return moves(frame[..., 3], turned(actions, frame[..., 2]))
-
-
-class Walls(Goal):
-    """The same, and how far the ground goes on ahead and to the sides."""
-
-    name = "walls"
-    summary = "The goal, the three nearest people ahead, and how much ground is free."
-    state = Box(
-        (
-            *Goal.state.fields,
-            *(
-                Field(f"free_{way}", "m", 0.0, float(FEELS[-1]))
-                for way in ("ahead", "half_left", "half_right", "left", "right")
-            ),
-        )
-    )
-
-    def perceive(self, snapshot: Snapshot) -> Percept:
-        seen = super().perceive(snapshot)
-        free = clearances(snapshot, seen.frame[..., 2])
-        return Percept(np.concatenate([seen.states, free], axis=2), seen.frame)
-
-
-# -- geometry ----------------------------------------------------------------------------------
-
-
-class Others:
-    """The people that everybody sees."""
-
-    def __init__(self, apart: Array, velocity: Array, seen: Array) -> None:
-        self.apart = apart
-        """From the one who sees, metres, shape (worlds, N, count, 2)."""
-        self.velocity = velocity
-        """Metres a second, the same shape."""
-        self.seen = seen
-        """1, or 0 where there is nobody, shape (worlds, N, count)."""
-
-
-def nearest(snapshot: Snapshot, facing: Array, count: int) -> Others:
-    """The `count` nearest who are there and not behind one that looks along `facing` (worlds, N).
-
-    World by world, so that memory holds the pairs of one.
-    """
-    position, velocity = snapshot["position"], snapshot["velocity"]
-    worlds, people = facing.shape
-    apart = np.zeros((worlds, people, count, 2))
-    moving = np.zeros_like(apart)
-    seen = np.zeros((worlds, people, count))
-    kept = min(count, people - 1)
-    if kept < 1:
-        return Others(apart, moving, seen)
-    rows = np.arange(people)[:, None]
-    for world in range(worlds):
-        away = position[world, None] - position[world, :, None]
-        ahead = away[..., 0] * np.cos(facing[world])[:, None]
-        ahead += away[..., 1] * np.sin(facing[world])[:, None]
-        far = np.hypot(away[..., 0], away[..., 1])
-        far[(ahead < -BEHIND) | (snapshot["present"][world] == 0)] = np.inf
-        np.fill_diagonal(far, np.inf)
-        some = np.argpartition(far, kept - 1, axis=1)[:, :kept]
-        order = np.argsort(far[rows, some], axis=1, kind="stable")
-        who = some[rows, order]
-        apart[world, :, :kept] = away[rows, who]
-        moving[world, :, :kept] = velocity[world, who]
-        seen[world, :, :kept] = np.isfinite(far[rows, who])
-    return Others(apart, moving, seen)
-
-
-def clearances(snapshot: Snapshot, bearing: Array) -> Array:
-    """Metres of free ground along each of RAYS from `bearing` (worlds, N); (worlds, N, rays)."""
-    ground = snapshot["ground"]
-    worlds, high, wide = ground.shape
-    if (high, wide) == (1, 1):
-        return np.full((*bearing.shape, len(RAYS)), FEELS[-1])
-    angle = bearing[..., None] + RAYS
-    ray = np.stack([np.cos(angle), np.sin(angle)], axis=3)[..., None, :] * FEELS[:, None]
-    start = snapshot["position"] - snapshot["corner"][:, None]
-    cells = np.floor((start[:, :, None, None] + ray) / CELL).astype(np.int64)
-    x, y = cells[..., 0], cells[..., 1]
-    inside = (x >= 0) & (x < wide) & (y >= 0) & (y < high)
-    world = np.arange(worlds)[:, None, None, None]
-    free = inside & (ground[world, y.clip(0, high - 1), x.clip(0, wide - 1)] > 0)
-    steps = np.where(free.all(axis=3), len(FEELS), free.argmin(axis=3))
-    return np.asarray(np.concatenate([[0.0], FEELS])[steps])
-
-
-def ground_of(points: Array, path: Array) -> tuple[NDArray[np.uint8], Array]:
-    """The cells (H, W) at and beside `points` (M, 2) near a `path` (steps, 2), and their corner.
-
-    One free cell, which stands for everywhere, where there are no points.
-    """
-    low, high = np.nanmin(path, axis=0) - MARGIN, np.nanmax(path, axis=0) + MARGIN
-    points = points[((points > low) & (points < high)).all(axis=1)]
-    if len(points) == 0:
-        return np.ones((1, 1), dtype=np.uint8), low
-    wide, tall = np.ceil((high - low) / CELL).astype(np.int64)
-    x, y = np.floor((points - low) / CELL).astype(np.int64).T
-    cells = np.zeros((tall + 2, wide + 2), dtype=np.uint8)
-    for across in range(3):
-        for along in range(3):
-            cells[y + along, x + across] = 1
-    return cells[1:-1, 1:-1], low
-
-
-def touches(moments: Snapshot) -> NDArray[np.int64]:
-    """How often each of those there comes to touch somebody, (N,); `moments` of one world."""
-    touching = np.zeros((moments.worlds + 1, moments["present"].shape[1]), dtype=np.bool_)
-    for moment, (position, present) in enumerate(
-        zip(moments["position"], moments["present"] > 0, strict=True), start=1
-    ):
-        if present.sum() > 1:
-            there = position[present]
-            far = KDTree(there).query(there, k=2)[0][:, 1]
-            touching[moment, present] = far < TOUCH
-    return np.asarray((touching[1:] & ~touching[:-1]).sum(axis=0))
-
-
-def detour(moments: Snapshot) -> float:
-    """Metres walked for each metre straight from goal to goal, mean over those who reached any.
-
-    `moments` of one world from its beginning; NaN where nobody reached a goal.
-    """
-    position, leg = moments["position"], moments["leg"]
-    steps = np.diff(position, axis=0)
-    walked = np.concatenate([np.zeros((1, len(leg[0]))), np.hypot(*np.moveaxis(steps, 2, 0))])
-    goals = moments["goals"][0]
-    turns = np.concatenate([position[0][:, None], goals], axis=1)
-    straight = np.hypot(*np.moveaxis(np.diff(turns, axis=1), 2, 0)).cumsum(axis=1)
-    shares = []
-    for who, reached in enumerate(np.minimum(leg[-1], goals.shape[1])):
-        if reached and straight[who, reached - 1] > REACH:
-            arrives = int((leg[:, who] >= reached).argmax())
-            way = walked[: arrives + 1, who].sum()
-            shares.append(way / (straight[who, reached - 1] - REACH))
-    return float(np.mean(shares)) if shares else float("nan")
-
-
-def goal_of(snapshot: Snapshot) -> Array:
-    """Where everybody goes now, (worlds, N, 2)."""
-    goals = snapshot["goals"]
-    leg = snapshot["leg"] % goals.shape[2]
-    return np.asarray(np.take_along_axis(goals, leg[..., None, None], axis=2)[:, :, 0])
-
-
-def turned(vectors: Array, angle: Array) -> Array:
-    """`vectors` (..., 2) turned left by `angle` (...)."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)
-
-
-def moves(heading: Array, velocity: Array) -> Array:
-    """The actions (..., 3) of those who face `heading` (...) and go on at `velocity` (..., 2)."""
-    way = np.arctan2(velocity[..., 1], velocity[..., 0]) - heading
-    way = np.remainder(way + np.pi, 2 * np.pi) - np.pi
-    sure = np.minimum(np.hypot(velocity[..., 0], velocity[..., 1]) / WALKS, 1.0)
-    turn = np.clip(way * sure, -TURN, TURN)
-    return np.concatenate([turn[..., None], turned(velocity, -heading - turn)], axis=-1)
-
-
-def kerbs(world: Snapshot) -> list[Body]:
-    """Stones along the edge of the ground, where it has one."""
-    ground = world["ground"][0]
-    if ground.shape == (1, 1):
-        return []
-    inner = np.pad(ground, 2)
-    beside = inner[:-2, 1:-1] | inner[2:, 1:-1] | inner[1:-1, :-2] | inner[1:-1, 2:]
-    y, x = np.nonzero((inner[1:-1, 1:-1] == 0) & (beside > 0))
-    cells = np.stack([x - 0.5, y - 0.5], axis=1) * CELL + world["corner"][0]
-    places = np.column_stack([cells, np.zeros(len(cells))])
-    upright = np.tile((1.0, 0.0, 0.0, 0.0), (len(cells), 1))
-    return [Body("kerb", "kerb", places, upright, np.tile((CELL, CELL, 0.12), (len(cells), 1)))]
 
 
 SCENE: type[Scene] = Street

@@ -145,3 +145,33 @@ def clearances(cells: Whole, facing: Whole, side: int, ways: Sequence[int]) -> W
         open_ &= ~ground.taken.take(place)
         free += open_
     return free
+
+
+def granted(
+    cells: Whole,
+    facing: Whole,
+    target: Whole,
+    free: NDArray[np.bool_],
+    steps: Whole,
+    side: int,
+) -> NDArray[np.bool_]:
+    """Who of those that walk into a `free` cell gets it, (worlds, N).
+
+    cells, target: where they are and want to be, (worlds, N, 2). facing: eighths, (worlds, N).
+    The first in line, a line that begins with somebody else in each of `steps` (worlds,). Two who
+    would cross at a corner claim that corner too.
+    """
+    worlds, people = free.shape
+    shift = 7919 if people % 7919 else 7907
+    turn = (np.arange(people) - steps[:, None] * shift) % people
+    world = np.arange(worlds)[:, None]
+    place = (world * side + target[:, :, 1]) * side + target[:, :, 0]
+    first = np.full(worlds * side**2, people)
+    np.minimum.at(first, place[free], turn[free])
+    goes = free & (first[place] == turn)
+    slant = goes & (facing % 2 == 1)
+    low = wrapped(cells + np.minimum(AHEAD[facing], 0), side)
+    corner = (world * side + low[:, :, 1]) * side + low[:, :, 0]
+    first = np.full(worlds * side**2, people)
+    np.minimum.at(first, corner[slant], turn[slant])
+    return np.asarray(goes & (~slant | (first[corner] == turn)))
