@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from evastudio.demonstrations.recorder import Recorder
+from evastudio.demonstrations.spill_file import BEGIN, FRAME
 from evastudio.demonstrations.store import Store
 from evastudio.demonstrations.unsaved import take_in, unsaved
 from evastudio.errors import StorageError
@@ -142,6 +143,24 @@ def test_what_a_killed_studio_had_written_is_not_written_again(
         (take,) = store.takes(session, trashed=None)
         assert (take.pairs, take.outcome) == (14, "crossed")
         assert whole(store, take.id, 14)
+
+
+def test_a_take_killed_before_its_first_pairs_leaves_no_trace(
+    scene: Scene, file: Path, folder: Path
+) -> None:
+    with Store(f"sqlite:///{file}") as store:
+        session = store.create_session(scene, "Begun", "test", 0.0)
+        left = left_by_a_closed_recorder(scene, file, folder)
+        data, end = left.read_bytes(), 0
+        for _ in ("header", "beginning"):
+            end += FRAME.size + FRAME.unpack_from(data, end)[0]
+        left.write_bytes(data[:end])
+        (waiting,) = unsaved([folder], store.identity)
+        assert waiting.spilled is not None
+        assert [entry.kind for entry in waiting.spilled.entries] == [BEGIN]
+        take_in(store, [folder])
+        assert store.takes(session, trashed=None) == []
+        assert not folder.exists()
 
 
 def test_a_take_in_the_trash_stays_there_and_a_deleted_one_gone(
