@@ -12,6 +12,7 @@ from evastudio.learning.policy_files import load_policy
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
 from evastudio.workspace import shipped
+from evastudio.world.fleeing import fleeing
 from evastudio.world.loading import load_scene_file
 from evastudio.world.scene import world_seeds
 
@@ -154,7 +155,8 @@ def test_a_boulder_on_the_left_and_on_the_right_are_one_and_turn_one_away_from_i
     np.testing.assert_allclose(percept.states[0], [(np.cos(0.4), np.sin(0.4))] * 2)
     flight = view.to_world(percept.frame, np.array([[(-0.8, 1.0), (-0.8, 1.0)]]))
     assert flight[0, :, 0].tolist() == [-0.8, 0.8]
-    assert (np.sign(flight[..., 0]) == np.sign(scene.fleeing(start, 1.0)[..., 0])).all()
+    away = fleeing(start, scene.action.size, 1.0)
+    assert (np.sign(flight[..., 0]) == np.sign(away[..., 0])).all()
 
 
 def test_between_decisions_nobody_jumps() -> None:
