@@ -37,7 +37,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
-from evastudio.motion.figures import figures, smooth
+from evastudio.motion.easing import smooth
+from evastudio.motion.figures import figures
 from evastudio.motion.footing import NOTICED, REST, Passage, at_home, complex_of, settling
 from evastudio.motion.moment import Activity, Footing, Moment
 from evastudio.motion.peopled import Peopled

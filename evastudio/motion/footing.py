@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from evastudio.motion.figures import SLOWEST_HZ, Figures, smooth
+from evastudio.motion.easing import smooth
+from evastudio.motion.figures import SLOWEST_HZ, Figures
 from evastudio.motion.moment import Footing
 from evastudio.motion.rotations import Numbers
 from evastudio.world.snapshot import AnyArray
