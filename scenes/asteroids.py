@@ -24,6 +24,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from evastudio.scenery.rubble import dust, mote_mesh, rock_bodies, rock_meshes
+from evastudio.scenery.spaceship import ship_bodies, ship_meshes
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.course import Course
 from evastudio.world.geometry import directions, quaternions_from_euler
@@ -35,11 +37,9 @@ from evastudio.world.rocks import (
     smallest,
     worst_threats,
 )
-from evastudio.world.rubble import dust, mote_mesh, rock_bodies, rock_meshes
 from evastudio.world.scene import Control, Option, Percept, Perception, Scene, Sign
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field
-from evastudio.world.spaceship import ship_bodies, ship_meshes
 
 LENGTH = 360.0
 SPEED = 10.0

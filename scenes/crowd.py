@@ -43,10 +43,9 @@ from evastudio.motion.footing import NOTICED, REST, Passage, at_home, complex_of
 from evastudio.motion.moment import Activity, Footing, Moment
 from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
-from evastudio.world.bodies import Body, Mesh
-from evastudio.world.boulder import FALL_S, boulder_bodies, boulder_meshes
-from evastudio.world.fleeing import DOWN_S, Boulder, fleeing, lying
-from evastudio.world.grid import (
+from evastudio.scenery.boulder import FALL_S, boulder_bodies, boulder_meshes
+from evastudio.scenery.fleeing import DOWN_S, Boulder, fleeing, lying
+from evastudio.scenery.grid import (
     AHEAD,
     EIGHTH,
     clearances,
@@ -56,25 +55,14 @@ from evastudio.world.grid import (
     occupied,
     wrapped,
 )
-from evastudio.world.mingling import (
+from evastudio.scenery.mingling import (
     MINUTE_S,
     cells_a_minute,
     dithering,
     longest_still_s,
     longest_stuck_s,
 )
-from evastudio.world.scene import (
-    MARK,
-    Control,
-    Option,
-    Perception,
-    Scene,
-    Sign,
-    Signal,
-)
-from evastudio.world.snapshot import AnyArray, Snapshot
-from evastudio.world.spaces import Array, Box, Field
-from evastudio.world.strolling import (
+from evastudio.scenery.strolling import (
     CELL,
     LEFT,
     MOVES,
@@ -88,6 +76,18 @@ from evastudio.world.strolling import (
     cells_of,
     symbols,
 )
+from evastudio.world.bodies import Body, Mesh
+from evastudio.world.scene import (
+    MARK,
+    Control,
+    Option,
+    Perception,
+    Scene,
+    Sign,
+    Signal,
+)
+from evastudio.world.snapshot import AnyArray, Snapshot
+from evastudio.world.spaces import Array, Box, Field
 
 RUN = 4.5
 """Metres a second of somebody who flees."""

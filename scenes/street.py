@@ -41,12 +41,10 @@ from evastudio.motion.figures import figures
 from evastudio.motion.moment import Moment
 from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
-from evastudio.world.beacon import post_body
-from evastudio.world.bodies import Body, Mesh
-from evastudio.world.cast import of_lead
-from evastudio.world.free_ground import ground_of, kerb_bodies, kerb_mesh
-from evastudio.world.passing import TOUCH, detour, touches
-from evastudio.world.pedestrians import (
+from evastudio.scenery.beacon import post_body
+from evastudio.scenery.free_ground import ground_of, kerb_bodies, kerb_mesh
+from evastudio.scenery.passing import TOUCH, detour, touches
+from evastudio.scenery.pedestrians import (
     MOST,
     TURN,
     Flow,
@@ -57,6 +55,8 @@ from evastudio.world.pedestrians import (
     nearest,
     turned,
 )
+from evastudio.world.bodies import Body, Mesh
+from evastudio.world.cast import of_lead
 from evastudio.world.scene import Control, Option, Perception, Scene
 from evastudio.world.snapshot import Snapshot, stack
 from evastudio.world.spaces import Array, Box, Field

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import evastudio
 
-ORDER = ["world", "motion", "demonstrations", "learning", "pilots", "evaluation", "live"]
+ORDER = ["world", "scenery", "motion", "demonstrations", "learning", "pilots", "evaluation", "live"]
 FACES = ["studio", "api", "observing"]
 CLIENT = "client"
 """Far from the studio: it knows no room, only errors."""

@@ -20,9 +20,9 @@ from evastudio.learning.knn import KNNPolicy
 from evastudio.learning.svr import SVRPolicy
 from evastudio.pilots.guard import GuardedPilot
 from evastudio.pilots.lead import LeadPilot
-from evastudio.world.grid import clearances, eighths, wrapped
+from evastudio.scenery.grid import clearances, eighths, wrapped
+from evastudio.scenery.mingling import cells_a_minute, longest_still_s, longest_stuck_s
 from evastudio.world.loading import load_scene_file
-from evastudio.world.mingling import cells_a_minute, longest_still_s, longest_stuck_s
 from evastudio.world.rollout import Memory, Pilot, roll_out
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot

@@ -10,12 +10,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from evastudio.motion.figures import Figures, figures
-from evastudio.world.beacon import beacon_meshes, ring_body
+from evastudio.scenery.beacon import beacon_meshes, ring_body
+from evastudio.scenery.paving import paving_bodies, paving_meshes
+from evastudio.scenery.skyline import skyline_body, skyline_mesh
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.cast import of_lead
-from evastudio.world.paving import paving_bodies, paving_meshes
 from evastudio.world.scene import Scene
-from evastudio.world.skyline import skyline_body, skyline_mesh
 from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 

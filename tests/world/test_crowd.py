@@ -11,8 +11,8 @@ from evastudio.errors import InvalidInputError
 from evastudio.learning.policy_files import load_policy
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.scripted import find_pilot
+from evastudio.scenery.fleeing import fleeing
 from evastudio.workspace import shipped
-from evastudio.world.fleeing import fleeing
 from evastudio.world.loading import load_scene_file
 from evastudio.world.scene import world_seeds
 

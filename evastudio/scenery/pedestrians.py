@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from evastudio.scenery.free_ground import FEELS, clearances
 from evastudio.world.cast import of_lead
-from evastudio.world.free_ground import FEELS, clearances
 from evastudio.world.scene import Percept, Perception
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field, Space

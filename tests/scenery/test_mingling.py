@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evastudio.world.mingling import (
+from evastudio.scenery.mingling import (
     cells_a_minute,
     dithering,
     longest_still_s,

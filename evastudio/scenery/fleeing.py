@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from evastudio.world.boulder import FALL_S
+from evastudio.scenery.boulder import FALL_S
 from evastudio.world.cast import of_lead
 from evastudio.world.scene import Percept, Perception, Scene
 from evastudio.world.snapshot import AnyArray, Snapshot

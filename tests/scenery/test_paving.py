@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evastudio.world.paving import SLAB, paving_bodies, paving_meshes
+from evastudio.scenery.paving import SLAB, paving_bodies, paving_meshes
 
 
 def test_it_moves_on_by_whole_slabs() -> None:

@@ -1,7 +1,7 @@
 """Walking about on a square of cells: what one chooses among, and what one perceives of others.
 
 Everybody stands in a cell, turned one of eight ways, and turns by an eighth, walks on into the
-next cell, or stands; `evastudio.world.grid` says who is where.
+next cell, or stands; `evastudio.scenery.grid` says who is where.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from evastudio.world.boulder import FALL_S
-from evastudio.world.grid import (
+from evastudio.scenery.boulder import FALL_S
+from evastudio.scenery.grid import (
     EIGHTH,
     IN_A_ROW,
     clearances,

@@ -7,7 +7,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from evastudio.world.grid import (
+from evastudio.scenery.grid import (
     AHEAD,
     IN_A_ROW,
     clearances,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from evastudio.scenery.beacon import POST, beacon_meshes
 from evastudio.workspace import shipped
-from evastudio.world.beacon import POST, beacon_meshes
 from evastudio.world.cast import led_by
 from evastudio.world.loading import load_scene_file
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evastudio.world.skyline import FAR, NEAR, skyline_body, skyline_mesh
+from evastudio.scenery.skyline import FAR, NEAR, skyline_body, skyline_mesh
 
 
 def test_houses_stand_on_the_ground_far_off_and_are_not_inside_out() -> None:
