@@ -1,6 +1,6 @@
 """Between the paper's state and `canonical`: a demonstrator who needs no more, and other states.
 
-For the study in docs/reproduction.md; `benchmarks/reproduction.py` puts them into the scene.
+For the study in docs/reproduction.md; `benchmarks/plain_state.py` puts them into the scene.
 """
 
 from __future__ import annotations

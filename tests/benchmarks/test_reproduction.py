@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks import reproduction
-from benchmarks.reproduction import Cell, Found, demonstrator, itself, measured, shown, variant
+from benchmarks.atlas import Atlas, report
+from benchmarks.plain_state import DENSITIES, Cell, Found, references, variant, whole_map
+from benchmarks.reproduction import demonstrator, itself, measured, shown
 from benchmarks.two_nearest import LADDER
 from evastudio.world.rollout import roll_out
 from evastudio.world.scene import Scene
@@ -92,9 +94,9 @@ def test_a_cell_has_as_many_pairs_as_asked_for() -> None:
 
 
 def test_every_row_of_the_report_has_its_cell() -> None:
-    some = itself(Cell("straight", "itself", flown_at=reproduction.DENSITIES), 2)
-    cells = [*reproduction.references(), *reproduction.whole_map()]
-    atlas = reproduction.Atlas(dict.fromkeys(cells, Found("k 1", some.policies)))
-    text = reproduction.report(atlas, [1, 2], 2, "- here")
+    some = itself(Cell("straight", "itself", flown_at=DENSITIES), 2)
+    cells = [*references(), *whole_map()]
+    atlas = Atlas(dict.fromkeys(cells, Found("k 1", some.policies)))
+    text = report(atlas, [1, 2], 2, "- here")
     assert text.count("two nearest") > 4
     assert "k 1" in text
