@@ -41,6 +41,7 @@ from evastudio.observing.requests import Requests
 from evastudio.observing.store_times import watch_store
 from evastudio.settings import Settings
 from evastudio.studio.client import client_page
+from evastudio.studio.scheme import Scheme
 from evastudio.studio.views import Views
 from evastudio.workspace import shipped
 from evastudio.world.compiled import is_compiled
@@ -123,9 +124,10 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         return FileResponse(web / "compare.html")
 
     @app.get("/view/{stage}/", include_in_schema=False)
-    async def view_page(stage: str, request: Request) -> Response:
+    @app.get("/view/{stage}/{scheme}/", include_in_schema=False)
+    async def view_page(stage: str, request: Request, scheme: Scheme | None = None) -> Response:
         request.app.state.context.stages.get(stage)
-        client = client_page()
+        client = client_page(scheme)
         headers = {"ETag": client.etag, "Cache-Control": "no-cache", "Vary": "Accept-Encoding"}
         if request.headers.get("if-none-match") == client.etag:
             return Response(status_code=304, headers=headers)
@@ -136,13 +138,17 @@ def create_app(settings: Settings, port: int) -> FastAPI:
 
     @app.websocket("/view/{stage}")
     @app.websocket("/view/{stage}/")
-    async def view_socket(websocket: WebSocket, stage: str, visitor: Visitor) -> None:
+    @app.websocket("/view/{stage}/{scheme}")
+    @app.websocket("/view/{stage}/{scheme}/")
+    async def view_socket(
+        websocket: WebSocket, stage: str, visitor: Visitor, scheme: Scheme | None = None
+    ) -> None:
         try:
             found = websocket.app.state.context.stages.get(stage)
         except NotFoundError:
             await websocket.close(4404, "There is no such stage; load the page again.")
             return
-        await views.handle(found, websocket, heard=visitor.role is Role.AUTHOR)
+        await views.handle(found, websocket, visitor.role is Role.AUTHOR, scheme)
 
     @app.get("/metrics", include_in_schema=False)
     async def tell_metrics() -> Response:

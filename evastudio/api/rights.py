@@ -14,6 +14,8 @@ VIEWERS_MAY: tuple[tuple[str, str], ...] = (
     ("POST", "/api/v1/policies/{name}/explain"),
     (SOCKET, "/view/{stage}"),
     (SOCKET, "/view/{stage}/"),
+    (SOCKET, "/view/{stage}/{scheme}"),
+    (SOCKET, "/view/{stage}/{scheme}/"),
     (SOCKET, "/api/v1/stages/{stage}/socket"),
 )
 """Method, or SOCKET, and path as the route has it, of everything else that a viewer may do: watch

@@ -62,13 +62,14 @@ def backdrop(look: Look, horizon: float = 0.5) -> NDArray[np.uint8]:
     """What lies behind everything. Shape (rows, columns, 3).
 
     A sky down to the `horizon` where `look` has one, else the distance, a little darker towards the
-    corners. A little noise keeps it from showing in bands.
+    corners, and less so where it is bright. A little noise keeps it from showing in bands.
     """
     rows, columns = BACKDROP
     y, x = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
     distance = np.asarray(look.background, dtype=np.float64)
     if look.zenith is None:
-        shade = 1.0 - 0.4 * np.clip(np.sqrt(x**2 + y**2) - 0.3, 0.0, 1.0)
+        corners = 0.4 - 0.34 * distance.mean() / 255.0
+        shade = 1.0 - corners * np.clip(np.sqrt(x**2 + y**2) - 0.3, 0.0, 1.0)
         colors = distance * shade[:, :, None]
     else:
         high = np.clip(1.0 - (y + 1.0) / (2.0 * max(horizon, 1e-6)), 0.0, 1.0)[:, :, None]

@@ -10,14 +10,18 @@ from pathlib import Path
 
 import viser
 
+from evastudio.studio.scheme import Scheme
+
 STYLE = """
 <style>
-html, body { background: #07090f; }
+html, body { background: %s; }
 [data-dock-root] > :not(:has(canvas)), .mantine-Notifications-root { display: none !important; }
 .picking canvas { cursor: crosshair; }
 </style>
 """
 """The page around the view has the controls, so viser's own are hidden."""
+GROUND = {None: "#07090f", Scheme.DARK: "#080b14", Scheme.LIGHT: "#e9edf5"}
+"""What is seen before anything is drawn."""
 
 
 @dataclass(frozen=True)
@@ -32,9 +36,13 @@ class ClientPage:
 
 
 @cache
-def client_page() -> ClientPage:
-    """The client of the installed viser, its panels hidden."""
+def client_page(scheme: Scheme | None = None) -> ClientPage:
+    """The client of the installed viser, its panels hidden, for a page in that scheme."""
     source = Path(viser.__file__).parent / "client" / "build" / "index.html"
-    html = source.read_text(encoding="utf-8").replace("</head>", f"{STYLE}</head>", 1).encode()
+    html = (
+        source.read_text(encoding="utf-8")
+        .replace("</head>", f"{STYLE % GROUND[scheme]}</head>", 1)
+        .encode()
+    )
     digest = hashlib.sha256(html).hexdigest()[:32]
     return ClientPage(html, gzip.compress(html, mtime=0), f'"{digest}"')

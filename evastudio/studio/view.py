@@ -15,6 +15,7 @@ from evastudio.studio.air import HORIZON_MOVES, backdrop, horizon, set_air
 from evastudio.studio.lines import drawn
 from evastudio.studio.mounted import Point, mounted_viser
 from evastudio.studio.node import Node, checked
+from evastudio.studio.scheme import Scheme, seen_in
 from evastudio.world.bodies import Camera, Line
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
@@ -26,21 +27,27 @@ class View:
     `show` may be called from any thread. A browser that joins late gets the present frame.
     """
 
-    def __init__(self, scene: Scene, loop: asyncio.AbstractEventLoop) -> None:
-        """A view of worlds of `scene`, served on `loop`."""
+    def __init__(
+        self, scene: Scene, loop: asyncio.AbstractEventLoop, scheme: Scheme | None = None
+    ) -> None:
+        """A view of worlds of `scene`, served on `loop`, for pages in that scheme."""
         self.scene = scene
         """What is shown; it may be replaced by the same scene with other options."""
         self._meshes = scene.meshes()
         self._server = mounted_viser(loop, scene.title)
         self._server.gui.configure_theme(
-            dark_mode=True, show_logo=False, show_share_button=False, control_width="small"
+            dark_mode=scheme is not Scheme.LIGHT,
+            show_logo=False,
+            show_share_button=False,
+            control_width="small",
         )
         self._nodes: dict[str, Node] = {}
         self._lines: dict[str, tuple[Line, Any]] = {}
         self._camera: tuple[Point, Point, Point] | None = None
         self._horizon = -1.0
         self._drawing = threading.Lock()
-        set_air(self._server, scene.look)
+        self._look = seen_in(scene.look, scheme)
+        set_air(self._server, self._look)
 
     @property
     def clients(self) -> int:
@@ -109,10 +116,9 @@ class View:
 
     def _set_sky(self, at: float) -> None:
         """Let the sky end at that horizon, where there is a sky and it has moved visibly."""
-        look = self.scene.look
-        if look.zenith is not None and abs(at - self._horizon) > HORIZON_MOVES:
+        if self._look.zenith is not None and abs(at - self._horizon) > HORIZON_MOVES:
             self._horizon = at
-            self._server.scene.set_background_image(backdrop(look, at), format="png")
+            self._server.scene.set_background_image(backdrop(self._look, at), format="png")
 
     async def handle(self, websocket: WebSocket, heard: bool = True) -> None:
         """Serve one browser's websocket until it leaves; look at what it sends where `heard`."""

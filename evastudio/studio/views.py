@@ -10,52 +10,63 @@ from starlette.websockets import WebSocket
 from evastudio.errors import StudioError
 from evastudio.live.live_stage import LiveStage
 from evastudio.live.picture import Picture
+from evastudio.studio.scheme import Scheme
 from evastudio.studio.view import View
 
 
 class Views:
-    """Views by the name of their stage. Lives on the event loop."""
+    """Views by their stage, and by what the pages around them are in. Lives on the event loop."""
 
     def __init__(self) -> None:
-        self._shown: dict[str, _Shown] = {}
+        self._shown: dict[tuple[str, Scheme | None], _Shown] = {}
 
     def __getitem__(self, stage: str) -> View:
-        """The view of a stage that somebody looks at. Raises KeyError where nobody does."""
-        return self._shown[stage].view
+        """A view of a stage that somebody looks at. Raises KeyError where nobody does."""
+        for (name, _), shown in self._shown.items():
+            if name == stage:
+                return shown.view
+        raise KeyError(stage)
 
     @property
     def clients(self) -> int:
         """Number of browsers that look at any of them."""
         return sum(shown.looking for shown in self._shown.values())
 
-    async def handle(self, stage: LiveStage, websocket: WebSocket, heard: bool = True) -> None:
+    async def handle(
+        self,
+        stage: LiveStage,
+        websocket: WebSocket,
+        heard: bool = True,
+        scheme: Scheme | None = None,
+    ) -> None:
         """Serve one browser that looks at `stage`, until it leaves; `heard` as `View` says."""
-        shown = self._shown.get(stage.name)
+        key = stage.name, scheme
+        shown = self._shown.get(key)
         if shown is None:
-            shown = self._shown[stage.name] = _Shown(stage)
+            shown = self._shown[key] = _Shown(stage, scheme)
         try:
             await shown.handle(websocket, heard)
         finally:
-            if not shown.looking:
-                self.close(stage.name)
+            if not shown.looking and self._shown.get(key) is shown:
+                del self._shown[key]
+                shown.view.close()
 
     def close(self, stage: str) -> None:
-        """End the view of a stage and every connection to it, if there is one."""
-        shown = self._shown.pop(stage, None)
-        if shown is not None:
-            shown.view.close()
+        """End the views of a stage and every connection to them, if there are any."""
+        for key in [key for key in self._shown if key[0] == stage]:
+            self._shown.pop(key).view.close()
 
     def close_all(self) -> None:
-        for stage in list(self._shown):
+        for stage in {name for name, _ in self._shown}:
             self.close(stage)
 
 
 class _Shown:
     """A stage that somebody looks at."""
 
-    def __init__(self, stage: LiveStage) -> None:
+    def __init__(self, stage: LiveStage, scheme: Scheme | None) -> None:
         self._stage = stage
-        self.view = View(stage.scene, asyncio.get_running_loop())
+        self.view = View(stage.scene, asyncio.get_running_loop(), scheme)
         self.looking = 0
 
     async def handle(self, websocket: WebSocket, heard: bool) -> None:

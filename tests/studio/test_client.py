@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import gzip
 
-from evastudio.studio.client import STYLE, client_page
+import pytest
+
+from evastudio.studio.client import GROUND, STYLE, client_page
+from evastudio.studio.scheme import Scheme
 
 
 def test_the_page_is_whole_compressed_and_tagged() -> None:
@@ -16,6 +19,9 @@ def test_the_page_is_whole_compressed_and_tagged() -> None:
     assert client_page() is page
 
 
-def test_the_style_that_hides_viser_controls_comes_before_the_page_body() -> None:
-    head, _ = client_page().html.decode().split("</head>", 1)
-    assert STYLE in head
+@pytest.mark.parametrize("scheme", [None, *Scheme])
+def test_the_style_that_hides_viser_controls_comes_before_the_page_body(
+    scheme: Scheme | None,
+) -> None:
+    head, _ = client_page(scheme).html.decode().split("</head>", 1)
+    assert STYLE % GROUND[scheme] in head

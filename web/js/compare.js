@@ -10,6 +10,8 @@ import { me } from "./me.js";
 import { attempt, notify } from "./notices.js";
 import { options } from "./options.js";
 import { pictures } from "./pictures.js";
+import { pageKeys, sheet } from "./sheet.js";
+import { COMPARING } from "./shortcuts.js";
 import { LAST_SCENE, Store } from "./store.js";
 
 /** @typedef {import("./types.js").Job} Job */
@@ -130,6 +132,8 @@ async function open() {
   }
 }
 
+pageKeys(COMPARING);
+sheet(COMPARING);
 me();
 asking(store, {
   chooseScene: (name) => {

@@ -37,6 +37,16 @@ export function say(element, text) {
 }
 
 /**
+ * Say why a control does nothing now; what it does, where nothing is in its way.
+ * @param {HTMLElement} control
+ * @param {string | null} missing
+ */
+export function bar(control, missing) {
+  control.setAttribute("aria-disabled", String(missing !== null));
+  control.title = missing ?? control.dataset.tip ?? "";
+}
+
+/**
  * Fill a select, leaving it alone where nothing has changed (an open list would close).
  * @param {HTMLSelectElement} select
  * @param {{value: string, text: string, disabled?: boolean}[]} options

@@ -1,6 +1,7 @@
 /** The strip that tells which keys do what, and shows which of them are held. */
 
 import { byId, make } from "./dom.js";
+import { keyOf } from "./shortcuts.js";
 import { keyName } from "./words.js";
 
 /** @typedef {import("./types.js").State} State */
@@ -8,17 +9,17 @@ import { keyName } from "./words.js";
 /** @param {string} code */
 const key = (code) => make("kbd", { "data-code": code }, keyName(code));
 
-/** What can be done by a key or a click: [use, command, key as it is shown, words]. */
+/** What can be done by a key or a click: [use, command, words]. */
 const DOES = [
-  ["pause", "pause", "Space", "pause"],
-  ["resume", "resume", "Space", "go on"],
-  ["again", "restart", "R", "start again"],
-  ["same", "restart-same", "⇧ R", "same world again"],
-  ["there", "restart-same", "⇧ R", "try again from there"],
-  ["keep", "keep-last", "K", "keep the last"],
-  ["discard", "discard", "⌫", "throw away"],
-  ["look", "look-back", "L", "look back"],
-  ["stop", "stop", "Esc", "stop"],
+  ["pause", "pause", "pause"],
+  ["resume", "resume", "go on"],
+  ["again", "restart", "start again"],
+  ["same", "restart-same", "same world again"],
+  ["there", "restart-same", "try again from there"],
+  ["keep", "keep-last", "keep the last"],
+  ["discard", "discard", "throw away"],
+  ["look", "look-back", "look back"],
+  ["stop", "stop", "stop"],
 ];
 /** Seconds that can be kept of a take's end. */
 const ENDS = [2, 3, 5, 10, 20];
@@ -68,8 +69,9 @@ export function keyHelp(store, command) {
           const keys = positive.flatMap((code, i) => [code, negative[i]].filter(Boolean).map(key));
           return make("li", { "data-use": "steer" }, ...keys, ` ${label}`);
         }),
-        ...DOES.map(([use, name, cap, words]) => {
-          const button = make("button", { type: "button" }, make("kbd", {}, cap), words);
+        ...DOES.map(([use, name, words]) => {
+          const cap = make("kbd", {}, keyName(keyOf(name)));
+          const button = make("button", { type: "button", "data-does": name }, cap, words);
           button.addEventListener("click", () => command(name));
           return make("li", { "data-use": use }, button, ...(use === "keep" ? [ends()] : []));
         }),

@@ -6,9 +6,9 @@
  * not taken goes to whoever had the press.
  */
 
-/** What a key does: steer the character, give a command or a signal, or nothing here. */
-/** @typedef {{kind: "hold"} | {kind: "command" | "signal", name: string,
- *   repeats?: boolean} | {kind: "swallow"} | null} Meaning */
+/** What a key does: steer, give a command or a signal, press a control, or nothing here. */
+/** @typedef {{kind: "hold"} | {kind: "command" | "signal", name: string, repeats?: boolean} |
+ *   {kind: "press", control: HTMLElement} | {kind: "swallow"} | null} Meaning */
 
 const TYPED = /^(text|search|email|url|tel|password|number)$/;
 
@@ -77,7 +77,7 @@ export class Keys {
   /** @param {KeyboardEvent} event */
   down(event) {
     const target = event.composedPath()[0];
-    if (isField(target)) return;
+    if (isField(target) || document.querySelector("dialog:modal")) return;
     const meaning = this.meaning(event, isPressable(target));
     if (meaning === null) return;
     event.stopImmediatePropagation();
@@ -86,6 +86,7 @@ export class Keys {
     if (event.repeat && !(meaning.kind === "command" && meaning.repeats)) return;
     if (meaning.kind === "command") this.command(meaning.name);
     if (meaning.kind === "signal") this.signal(meaning.name);
+    if (meaning.kind === "press") press(meaning.control);
     if (meaning.kind === "hold" && !this.held.has(event.code)) {
       this.held.add(event.code);
       this.tell([...this.held], timeOf(event));
@@ -106,6 +107,18 @@ export class Keys {
     this.held.clear();
     this.tell([], performance.timeOrigin + performance.now());
   }
+}
+
+/**
+ * Press it as a click does; the focus goes to what unfolds, so that the keyboard goes on there.
+ * @param {HTMLElement} control
+ */
+function press(control) {
+  if (control.tagName === "SUMMARY") {
+    control.focus();
+    control.scrollIntoView({ block: "nearest" });
+  }
+  control.click();
 }
 
 /**

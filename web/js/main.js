@@ -15,8 +15,12 @@ import { attempt, notify, withdraw } from "./notices.js";
 import { options } from "./options.js";
 import { others } from "./others.js";
 import { defaultPolicy, policies } from "./policies.js";
+import { goBack, keepPlace, placeIn } from "./place.js";
 import { Pointer } from "./pointer.js";
+import { viewed, watchScheme } from "./scheme.js";
 import { sessions } from "./sessions.js";
+import { sheet } from "./sheet.js";
+import { STUDIO } from "./shortcuts.js";
 import { steps } from "./steps.js";
 import { LAST_SCENE, Store } from "./store.js";
 import { switches } from "./switches.js";
@@ -55,26 +59,37 @@ async function openStage() {
   const last = store.state.scene?.name ?? localStorage.getItem(LAST_SCENE);
   const scene = scenes.find(({ name }) => name === last) ?? scenes[0] ?? null;
   if (scene === null) throw new Error("This workspace has no scene.");
-  const changed = scene.name !== store.state.scene?.name;
+  const first = store.state.scene === null;
   const known = await api.sessions(scene.name);
-  const wanted = store.state.session ?? Number(localStorage.getItem(remembered(scene.name)));
+  place = placeIn(scene.name);
+  const wanted = store.state.session ?? place?.session;
   const chosen = (known.find(({ id }) => id === wanted) ?? known[0])?.id ?? null;
-  store.set({ scenes, scene, sessions: known, session: chosen, ...(changed && { options: {} }) });
+  store.set({ scenes, scene, sessions: known, session: chosen, ...(first && choicesIn(scene)) });
   return api.openStage(scene.name, store.state.options, chosen);
 }
 
-/** Where it keeps which session of a scene was. @param {string} scene */
-const remembered = (scene) => `evastudio.session.${scene}`;
+/** Where one was in the scene, until the new stage is there too. @type {ReturnType<typeof placeIn>} */
+let place = null;
+
+/** What was chosen in the scene, as far as it still has that. @param {import("./types.js").Scene} scene */
+function choicesIn({ name, options }) {
+  const { policy = null, others = null, options: kept = {} } = placeIn(name) ?? {};
+  const good = options.filter((one) => kept[one.name] >= one.low && kept[one.name] <= one.high);
+  return { policy, others, options: Object.fromEntries(good.map((one) => [one.name, kept[one.name]])) };
+}
 
 const link = new Link(openStage);
 let viewIsNew = false;
 link.addEventListener("stage", (event) => {
-  view.src = /** @type {CustomEvent} */ (event).detail.view;
+  view.src = viewed(/** @type {CustomEvent} */ (event).detail.view);
   viewIsNew = true;
+});
+watchScheme(() => {
+  if (link.stage) view.src = viewed(link.stage.view);
 });
 link.addEventListener("open", () => {
   // The view connects anew by itself only while it has the focus.
-  if (!banner.hidden && !viewIsNew && link.stage) view.src = link.stage.view;
+  if (!banner.hidden && !viewIsNew && link.stage) view.src = viewed(link.stage.view);
   viewIsNew = false;
   banner.hidden = true;
   store.set({ connected: true });
@@ -102,10 +117,9 @@ function onStatus(status) {
   const before = store.state.status;
   const chosen = status.session?.id ?? store.state.session;
   const moved = chosen !== store.state.session;
+  if (place) goBack(place, status, (name, more) => link.command(name, more));
+  place = null;
   store.set({ status, session: chosen });
-  if (moved && store.state.scene) {
-    localStorage.setItem(remembered(store.state.scene.name), String(chosen));
-  }
   if (before?.problem && status.problem !== before.problem) withdraw(before.problem);
   if (status.problem && status.problem !== before?.problem) notify(status.problem, "error");
   if (before && status.can_undo && !before.can_undo) notify("The take is in the trash. U brings it back.");
@@ -185,7 +199,7 @@ const lookBack = timeline(store, {
 });
 const pointer = new Pointer(view);
 const keys = new Keys(
-  (event, onControl) => meaningOf(store.state, event, onControl),
+  (event, onControl) => meaningOf(STUDIO, store.state, event, onControl),
   (held, timeMs) => {
     showHeld(held);
     link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence });
@@ -209,6 +223,7 @@ const onSession = (work) =>
     if (now) await work(now.id);
   });
 
+sheet(STUDIO, () => store.state.scene);
 steps(store, {
   demonstrate: () => {
     const { options, others } = store.state;
@@ -238,12 +253,12 @@ sessions(store, {
   chooseScene: (name) => {
     const scene = store.state.scenes.find((one) => one.name === name) ?? null;
     localStorage.setItem(LAST_SCENE, name);
-    store.set({ scene, session: null, takes: [], policy: null, others: null, options: {}, status: null });
+    if (scene === null) return;
+    store.set({ scene, session: null, takes: [], status: null, ...choicesIn(scene) });
     link.connect(true);
   },
   chooseSession: (id) => {
     store.set({ session: id, takes: [] });
-    if (store.state.scene) localStorage.setItem(remembered(store.state.scene.name), String(id));
     link.command("session", { session: id });
     attempt(reload);
   },
@@ -272,6 +287,7 @@ takes(store, {
   reload: (some) => reload(store.state.policy, some),
 });
 options(store);
+keepPlace(store);
 policies(store);
 switches(store, onJob);
 others(store);

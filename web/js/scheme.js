@@ -37,6 +37,9 @@ export function watchScheme(watcher) {
   watcher(scheme());
 }
 
+/** The address of a 3D view that suits. @param {string} view */
+export const viewed = (view) => `${view}${scheme()}/`;
+
 function show() {
   document.documentElement.dataset.scheme = scheme();
   for (const watcher of watchers) watcher(scheme());

@@ -1,6 +1,6 @@
 /** The buttons of the four steps: what is possible, what is not and why, and what comes next. */
 
-import { byId, say } from "./dom.js";
+import { bar, byId, say } from "./dom.js";
 import { needs, nextStep, policy, session } from "./needs.js";
 import { notify } from "./notices.js";
 import { LEARNERS, count, plural } from "./words.js";
@@ -39,8 +39,7 @@ export function steps(store, act) {
     const next = nextStep(state);
     for (const action of ACTIONS) {
       const button = byId(action, HTMLButtonElement);
-      button.setAttribute("aria-disabled", String(missing[action] !== null));
-      button.title = missing[action] ?? "";
+      bar(button, missing[action]);
       button.classList.toggle("next", action === next && missing[action] === null);
     }
     byId("unclean", HTMLElement).hidden = !session(state)?.cleaning;

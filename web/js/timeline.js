@@ -1,6 +1,6 @@
 /** The timeline: any moment of a run or a take is looked at, passed at any speed, and gone on from. */
 
-import { byId, make, say } from "./dom.js";
+import { bar, byId, make, say } from "./dom.js";
 import { seeking } from "./seeking.js";
 import { drawStrip, familiarWords } from "./strip.js";
 import { outcomeWords } from "./words.js";
@@ -152,9 +152,7 @@ export function timeline(store, act) {
       byId(String(id), HTMLButtonElement).setAttribute("aria-pressed", String(rolls() === way));
     }
     const fork = byId("fork", HTMLButtonElement);
-    const missing = noFork(status);
-    fork.setAttribute("aria-disabled", String(missing !== null));
-    fork.title = missing ?? "Begin a new take at this moment (F)";
+    bar(fork, noFork(status));
     byId("keep-from", HTMLElement).hidden = status.take === null;
     byId("looking-back", HTMLElement).hidden = !looking(status);
     if (strip) drawStrip(byId("strip", SVGSVGElement), strip, at, to);

@@ -1,8 +1,9 @@
 /** The buttons over the 3D view: signals of the scene, another character, another camera. */
 
-import { byId, make, say } from "./dom.js";
+import { bar, byId, make, say } from "./dom.js";
 import { notNow } from "./needs.js";
 import { notify } from "./notices.js";
+import { keyOf } from "./shortcuts.js";
 import { keyName } from "./words.js";
 
 /** @typedef {import("./types.js").State} State */
@@ -26,11 +27,10 @@ export function tools(store, pointer, act) {
    * @param {() => void} work
    */
   function button(id, code, work) {
-    const made = make("button", { type: "button", id, "aria-keyshortcuts": keyName(code) });
+    const made = make("button", { type: "button", id });
     made.append(make("span"), make("kbd", { "data-code": code }, keyName(code)));
     made.addEventListener("click", () => {
-      const missing = made.title;
-      if (missing) notify(missing);
+      if (made.getAttribute("aria-disabled") === "true") notify(made.title);
       else work();
     });
     buttons.set(id, made);
@@ -48,8 +48,7 @@ export function tools(store, pointer, act) {
     if (made === undefined) return;
     made.hidden = hidden;
     say(/** @type {HTMLElement} */ (made.firstElementChild), text);
-    made.setAttribute("aria-disabled", String(missing !== null));
-    made.title = missing ?? "";
+    bar(made, missing);
   }
 
   /** @param {import("./types.js").Signal} signal */
@@ -68,8 +67,8 @@ export function tools(store, pointer, act) {
       built = scene.name;
       box.replaceChildren(
         ...scene.signals.map((one) => button(`signal-${one.name}`, one.key, () => give(one))),
-        button("another", "KeyC", act.another),
-        button("camera", "KeyV", act.camera),
+        button("another", keyOf("another"), act.another),
+        button("camera", keyOf("camera"), act.camera),
       );
     }
     const moves = ["recording", "playing"].includes(status?.phase ?? "");

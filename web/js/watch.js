@@ -6,6 +6,9 @@ import { byId, fill } from "./dom.js";
 import { hud } from "./hud.js";
 import { Link } from "./link.js";
 import { notify } from "./notices.js";
+import { viewed, watchScheme } from "./scheme.js";
+import { pageKeys, sheet } from "./sheet.js";
+import { WATCHING } from "./shortcuts.js";
 import { Store } from "./store.js";
 
 /** @typedef {import("./types.js").Stage} Stage */
@@ -41,7 +44,10 @@ async function openStage() {
 
 const link = new Link(openStage);
 link.addEventListener("stage", (event) => {
-  view.src = /** @type {CustomEvent<Stage>} */ (event).detail.view;
+  view.src = viewed(/** @type {CustomEvent<Stage>} */ (event).detail.view);
+});
+watchScheme(() => {
+  if (link.stage) view.src = viewed(link.stage.view);
 });
 link.addEventListener("open", () => {
   banner.hidden = true;
@@ -65,6 +71,8 @@ setInterval(() => {
   if (link.open) openStage().catch(() => {});
 }, LOOK_MS);
 
+pageKeys(WATCHING).attachFrame(view);
+sheet(WATCHING);
 hud(store, { acts: false });
 decisions(store);
 link.connect();

@@ -17,10 +17,19 @@ const KEYS = {
   ArrowDown: "↓",
   ArrowLeft: "←",
   ArrowRight: "→",
+  Backspace: "⌫",
+  Delete: "Del",
+  Escape: "Esc",
+  Comma: ",",
+  Period: ".",
+  Minus: "−",
+  Equal: "=",
+  Shift: "⇧",
 };
 
-/** @param {string} code a KeyboardEvent.code */
-export const keyName = (code) => KEYS[code] ?? code.replace(/^(Key|Digit)/, "");
+/** @param {string} key a KeyboardEvent.code, with Shift+ or Ctrl+ before it where those are held */
+export const keyName = (key) =>
+  key.replace(/\w+/g, (code) => KEYS[code] ?? code.replace(/^(Key|Digit)/, "")).replace(/\+/g, " ");
 
 /** @param {string} outcome */
 export const outcomeWords = (outcome) =>

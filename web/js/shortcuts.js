@@ -1,0 +1,182 @@
+/**
+ * Every key of the pages, in one table: what it does, when, and in which words the sheet says so.
+ *
+ * The keys that steer, and those of a scene's signals, come from the scene and go before these.
+ * Of two that share a key the first whose `when` holds is meant. A new control gets a row here; one
+ * that needs no key is covered by `WITHOUT`, which says why.
+ */
+
+/** @typedef {Pick<import("./types.js").State, "status" | "scene">} State */
+
+/**
+ * `keys` as KeyboardEvent.code, or a sign that is typed; with Shift+ or Ctrl+ before it.
+ * `does` is the name that `main.js` is given, unless `press`: then the control is pressed.
+ * `on` says which controls do the same, by a selector; `repeats` while the key is held.
+ *
+ * @typedef {{keys: string[], does: string, words: string, on?: string, press?: boolean,
+ *   repeats?: boolean, when?: (state: State) => boolean}} Shortcut
+ * @typedef {{title: string, shortcuts: Shortcut[]}} Group
+ */
+
+/** @param {State} state */
+export const acting = ({ status }) =>
+  ["countdown", "recording", "paused", "playing"].includes(status?.phase ?? "");
+/** @param {State} state */
+const running = ({ status }) => ["countdown", "recording", "playing"].includes(status?.phase ?? "");
+/** @param {State} state */
+const paused = ({ status }) => status?.phase === "paused";
+/** @param {State} state */
+const reviewing = ({ status }) => status?.mode === "review";
+/** @param {State} state */
+const going = ({ status }) => status !== null && status.mode !== null && status.mode !== "review";
+/** @param {State} state */
+const taking = ({ status }) => status?.mode === "demonstrate";
+
+/** @type {Group[]} */
+const EVERYWHERE = [
+  {
+    title: "The page",
+    shortcuts: [
+      { keys: ["?"], does: "sheet", words: "show these keys", on: "#sheet-open", press: true },
+      { keys: ["Shift+KeyL"], does: "scheme", words: "light or dark", on: "#scheme", press: true },
+    ],
+  },
+];
+
+/** @type {Group[]} The keys of the studio's page. */
+export const STUDIO = [
+  {
+    title: "The four steps",
+    shortcuts: [
+      { keys: ["Digit1"], does: "demonstrate", words: "demonstrate", on: "#demonstrate", press: true },
+      { keys: ["Digit2"], does: "clean", words: "clean", on: "#clean", press: true },
+      { keys: ["Digit3"], does: "fit", words: "fit", on: "#fit", press: true },
+      { keys: ["Digit4"], does: "play", words: "play", on: "#play", press: true },
+      {
+        keys: ["KeyU", "Ctrl+KeyZ"],
+        does: "undo",
+        words: "bring back what was thrown away",
+        on: "#undo",
+        when: ({ status }) => !!status?.can_undo,
+      },
+    ],
+  },
+  {
+    title: "While it runs",
+    shortcuts: [
+      { keys: ["Space"], does: "pause", words: "pause", when: running },
+      { keys: ["Space"], does: "resume", words: "go on", when: paused },
+      { keys: ["KeyR"], does: "restart", words: "start again, in another world", when: going },
+      { keys: ["Shift+KeyR"], does: "restart-same", words: "start again in the same world", when: going },
+      {
+        keys: ["KeyK"],
+        does: "keep-last",
+        words: "keep the last seconds",
+        when: (state) => taking(state) && !!state.status?.pairs,
+      },
+      { keys: ["Backspace"], does: "discard", words: "throw the take away", when: taking },
+      {
+        keys: ["KeyL"],
+        does: "look-back",
+        words: "look back",
+        when: ({ status }) => ["paused", "ended", "playing"].includes(status?.phase ?? ""),
+      },
+      {
+        keys: ["KeyV"],
+        does: "camera",
+        words: "another camera",
+        on: "#camera",
+        when: ({ status }) => (status?.cameras.length ?? 0) > 1,
+      },
+      {
+        keys: ["KeyC"],
+        does: "another",
+        words: "another character",
+        on: "#another",
+        when: ({ status }) => status != null && status.lead !== null,
+      },
+      { keys: ["Escape"], does: "stop", words: "stop", on: "#stop", when: going },
+    ],
+  },
+  {
+    title: "Looking back",
+    shortcuts: [
+      { keys: ["ArrowLeft"], does: "step-back", words: "a moment back", repeats: true, when: reviewing },
+      { keys: ["ArrowRight"], does: "step-on", words: "a moment on", repeats: true, when: reviewing },
+      { keys: ["Shift+ArrowLeft"], does: "second-back", words: "a second back", repeats: true, when: reviewing },
+      { keys: ["Shift+ArrowRight"], does: "second-on", words: "a second on", repeats: true, when: reviewing },
+      { keys: ["Home"], does: "to-begin", words: "to the beginning", when: reviewing },
+      { keys: ["End"], does: "to-end", words: "to the end", when: reviewing },
+      { keys: ["Space"], does: "roll", words: "go on, stand still", when: reviewing },
+      { keys: ["KeyJ"], does: "roll-back", words: "backwards", when: reviewing },
+      { keys: ["KeyK"], does: "stand", words: "stand still", when: reviewing },
+      { keys: ["KeyL"], does: "roll-on", words: "forwards", when: reviewing },
+      { keys: ["Comma"], does: "slower", words: "slower", when: reviewing },
+      { keys: ["Period"], does: "faster", words: "faster", when: reviewing },
+      { keys: ["KeyF"], does: "fork", words: "go on from this moment", when: reviewing },
+      {
+        keys: ["Shift+KeyK"],
+        does: "keep-from",
+        words: "keep the take from here on",
+        when: (state) => reviewing(state) && state.status?.take != null,
+      },
+      { keys: ["Escape"], does: "leave", words: "back to where you were", when: reviewing },
+    ],
+  },
+  {
+    title: "The panel",
+    shortcuts: [
+      { keys: ["Shift+KeyN"], does: "new-session", words: "a new session", on: "#new-session", press: true },
+      { keys: ["Shift+KeyT"], does: "takes", words: "the takes", on: "#takes-box > summary", press: true },
+      { keys: ["Shift+KeyO"], does: "world", words: "more of the world", on: "#options summary", press: true },
+      { keys: ["Shift+KeyM"], does: "movement", words: "movement", on: "#movement > summary", press: true },
+      { keys: ["Shift+KeyU"], does: "unclean", words: "take the cleaning back", on: "#unclean", press: true },
+      { keys: ["Shift+KeyX"], does: "switch", words: "switch between two", on: "#switch-box > summary", press: true },
+      { keys: ["Shift+KeyC"], does: "compare", words: "compare policies", on: ".onward", press: true },
+    ],
+  },
+  ...EVERYWHERE,
+];
+
+/** @type {Group[]} The keys of a viewer's page. */
+export const WATCHING = [
+  {
+    title: "Watching",
+    shortcuts: [
+      { keys: ["Shift+KeyC"], does: "compare", words: "see who does it best", on: ".onward", press: true },
+    ],
+  },
+  ...EVERYWHERE,
+];
+
+/** @type {Group[]} The keys of the page that compares. */
+export const COMPARING = [
+  {
+    title: "Comparing",
+    shortcuts: [
+      { keys: ["KeyE"], does: "evaluate", words: "evaluate", on: "#evaluate", press: true },
+      { keys: ["KeyA"], does: "again", words: "make it again", on: "#again", press: true },
+      { keys: ["KeyM"], does: "more", words: "more to choose", on: "#asking > details > summary", press: true },
+      { keys: ["Shift+KeyS"], does: "studio", words: "to the studio", on: ".onward", press: true },
+    ],
+  },
+  ...EVERYWHERE,
+];
+
+/** Controls that need no key of their own: [which, why, as the sheet says it]. */
+export const WITHOUT = [
+  ["select, textarea, input", "Fields and lists", "take what is typed: Tab leads to them, arrows choose"],
+  ["li button, li a, li summary, legend *", "Rows of a list", "Tab goes through them, Enter presses"],
+  ["form button[type=submit]", "Forms", "Enter in a field sends them, Esc closes them"],
+  ["#speeds button", "Speeds", "the keys for slower and faster choose the next one"],
+  [".notice button", "Notices", "close with their cross or by themselves"],
+  [".job button", "Work under way", "is ended with the button beside it"],
+  ["iframe", "The 3D view", "drag turns the camera, W A S D move it while nothing runs"],
+];
+
+/** @param {Group[]} groups @param {string} does */
+const row = (groups, does) =>
+  groups.flatMap(({ shortcuts }) => shortcuts).find((one) => one.does === does);
+
+/** The first key of what the studio's page does. @param {string} does */
+export const keyOf = (does) => row(STUDIO, does)?.keys[0] ?? "";
