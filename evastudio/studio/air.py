@@ -68,7 +68,7 @@ def backdrop(look: Look, horizon: float = 0.5) -> NDArray[np.uint8]:
     y, x = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
     distance = np.asarray(look.background, dtype=np.float64)
     if look.zenith is None:
-        corners = 0.4 - 0.34 * distance.mean() / 255.0
+        corners = 0.4 - 0.34 * float(distance.mean()) / 255.0
         shade = 1.0 - corners * np.clip(np.sqrt(x**2 + y**2) - 0.3, 0.0, 1.0)
         colors = distance * shade[:, :, None]
     else:
