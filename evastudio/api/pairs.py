@@ -39,8 +39,8 @@ def get_pairs(
 ) -> Response:
     """The pairs of the kept takes under a perception, actions in the character's own frame.
 
-    With each its take, its step, and whether cleaning marked it as a conflict. As npz: `states`,
-    `actions`, `takes`, `steps`, `conflicts`.
+    With each its take, its step, whether cleaning marked it as a conflict, and whether it corrects
+    a policy. As npz: `states`, `actions`, `takes`, `steps`, `conflicts`, `corrections`.
     """
     record = studio.store.session(session)
     scene = make_scene(studio.workspace, record.scene)
@@ -50,7 +50,9 @@ def get_pairs(
             f"Session {record.name!r} has {record.pairs} pairs; as {form} there are at most "
             f"{MOST_AS_TEXT}. Ask for format=npz."
         )
-    takes = [(take.id, take.pairs) for take in studio.store.takes(session)]
+    kept = studio.store.takes(session)
+    takes = [(take.id, take.pairs) for take in kept]
+    correcting = [take.id for take in kept if take.origin is not None and take.origin.policy]
     cleaning = None if record.cleaning is None else record.cleaning.id
     store = studio.store.identity
     etag = etag_of("pairs", store, session, takes, cleaning, scene.version, view.name, form)
@@ -67,14 +69,15 @@ def get_pairs(
             "takes": pairs.takes,
             "steps": pairs.steps,
             "conflicts": conflicts,
+            "corrections": np.isin(pairs.takes, correcting),
         }
         if form == "npz":
             return npz(arrays)
         if form == "json":
             return as_json({"state": list(view.state.names), "action": names, **arrays})
-        columns = ["take", "step", "conflict", *view.state.names, *names]
-        marked = conflicts.astype(np.int64)
-        return as_csv(columns, pairs.takes, pairs.steps, marked, pairs.states, pairs.actions)
+        columns = ["take", "step", "conflict", "correction", *view.state.names, *names]
+        flags = [arrays[name].astype(np.int64) for name in ("conflicts", "corrections")]
+        return as_csv(columns, pairs.takes, pairs.steps, *flags, pairs.states, pairs.actions)
 
     kind = {"json": JSON, "npz": NPZ, "csv": CSV}[form]
     return download(request, etag, f"session-{session}.{form}", kind, content)

@@ -65,6 +65,8 @@ class Pairs:
     """Its step there, (pairs,)."""
     conflicts: NDArray[np.bool_]
     """Whether cleaning marked it, (pairs,)."""
+    corrections: NDArray[np.bool_]
+    """Whether somebody showed it who had taken over from a policy, (pairs,)."""
 
 
 class Sessions:

@@ -67,7 +67,7 @@ class Actors:
 
     def why(self, snapshot: Snapshot) -> Why | None:
         """Why the pilot is about to decide as it does for the lead of `snapshot`."""
-        if self.pilot is None or self.reasoner is None:
+        if self.reasoner is None:
             return None
         return self.reasoner.why(self._scene, snapshot, self._memory)
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import time
 from typing import TYPE_CHECKING
 
 from evastudio.demonstrations.by_hand import mark_by_hand
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError
+from evastudio.errors import ConflictError, NotFoundError
+from evastudio.learning.learner import Indices
 from evastudio.learning.neighbor_learner import NeighborLearner
 from evastudio.live.stage import Stage
-from evastudio.pilots.why import Why
+from evastudio.pilots.policy import PolicyPilot
+from evastudio.pilots.why import Reasoner, Why
 
 if TYPE_CHECKING:
     from evastudio.live.live_stage import LiveStage
@@ -24,6 +27,7 @@ class Correcting:
         self._live = live
         self._stage = stage
         self._store = store
+        self._forgotten: dict[tuple[int, int], None] = {}
 
     def take_over(self) -> None:
         """Go on by hand from what plays; see `Stage.take_over`."""
@@ -39,6 +43,11 @@ class Correcting:
         """See `Stage.why`."""
         return self._live.pulse.call(self._stage.why)
 
+    def silence(self, why: Why) -> str | None:
+        """See `Reasoner.silence`."""
+        reasoner = self._stage.reasoner
+        return None if reasoner is None else reasoner.silence(why)
+
     def forget(self, take: int, step: int) -> None:
         """Leave a demonstrated moment out: what plays decides without it at once, and so does
         every policy fitted to its session from now on.
@@ -52,9 +61,33 @@ class Correcting:
         pilot, pairs = reasoner.holder(take, step)
         policy = pilot.policy
         if isinstance(policy.learner, NeighborLearner):
-            self._live.pulse.call(lambda: setattr(pilot, "policy", policy.without(pairs)))
+            self._live.pulse.call(lambda: leave_out(pilot, pairs))
         else:  # fitted anew, which the stage does not wait for
             pilot.policy = copy.deepcopy(policy).without(pairs)
+        self._live.pulse.call(self._stage.rethink)
         if policy.extra.get("store") == self._store.identity:
-            mark_by_hand(self._store, take, step, True, time.time())
+            with contextlib.suppress(NotFoundError, ConflictError):  # thrown away
+                mark_by_hand(self._store, take, step, True, time.time())
+            self._forgotten[take, step] = None
         self._live.refresh()
+
+    def forget_again(self, reasoner: Reasoner) -> None:
+        """Let policies that were read anew forget what was left out on this stage before, unless
+        that was taken back meanwhile."""
+        for take, step in list(self._forgotten):
+            with contextlib.suppress(NotFoundError):  # fitted without it, or another policy
+                pilot, pairs = reasoner.holder(take, step)
+                if pilot.policy.extra.get("store") == self._store.identity:
+                    if self._left_out(take, step):
+                        leave_out(pilot, pairs)
+                    else:
+                        del self._forgotten[take, step]
+
+    def _left_out(self, take: int, step: int) -> bool:
+        marks = self._store.marks(self._store.take(take).session).get(take)
+        return marks is not None and step < len(marks) and bool(marks[step])
+
+
+def leave_out(pilot: PolicyPilot, pairs: Indices) -> None:
+    """Let `pilot` decide without those of the pairs that its policy keeps, from now on."""
+    pilot.policy = pilot.policy.without(pairs)

@@ -207,7 +207,7 @@ def fit(
     )
     cleaning = None if chosen.cleaning is None else dict(chosen.cleaning.settings)
     steps = [chosen.made_by] if chosen.made_by else []
-    if cleaning is not None:
+    if cleaning is not None and "threshold" in cleaning:  # not of single pairs by hand alone
         asked = {name: cleaning[name] for name in ("perception", "neighbors", "threshold")}
         asked["delay"] = _unless_auto(cleaning.get("delay", "off"))
         steps.append(command_line("clean", chosen.name, **asked))

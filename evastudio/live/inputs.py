@@ -76,6 +76,10 @@ class HeldKeys:
         self._read_until = -np.inf
         self.held: frozenset[str] = frozenset()
 
+    def steers(self, codes: Iterable[str]) -> bool:
+        """Whether any of these keys moves the character."""
+        return not self._known.isdisjoint(codes)
+
     def hold(self, codes: Iterable[str], at: float) -> None:
         """From `at` on exactly these keys are held; codes that move nothing are ignored."""
         self.held = frozenset(codes) & self._known

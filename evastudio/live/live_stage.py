@@ -173,6 +173,7 @@ class LiveStage:
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         actor = self.actor(pilot, scene)
         reasoner = Reasoner(actor)
+        self.correcting.forget_again(reasoner)
         self.pulse.call(
             lambda: self._stage.play(
                 scene, actor, self._seed_or(seed), time.monotonic(), time.time(), reasoner
@@ -231,7 +232,7 @@ class LiveStage:
     def hold(self, codes: Sequence[str], age_s: float = 0.0, by: object = None) -> None:
         """`by` (a page, say) holds exactly these keys since `age_s` seconds ago; does not wait.
 
-        Where several hold keys, all of them count.
+        Where several hold keys, all of them count. What plays gives way to whoever steers.
         """
         at = time.monotonic() - age_s
 
@@ -240,6 +241,8 @@ class LiveStage:
             self._held.pop(by, None)
             if codes:
                 self._held[by] = frozenset(codes)
+            if stage.keys.steers(codes):
+                stage.touch(time.monotonic(), time.time())
             if stage.phase is not Phase.RECORDING:
                 stage.keys.center()
             held = frozenset().union(*self._held.values())

@@ -30,6 +30,7 @@ class Reel:
         self._moments: deque[Snapshot] = deque()
         self._reasons: dict[int, Why] = {}
         self._places: dict[int, Array] = {}
+        self._steered: set[int] = set()
         self._forgotten = 0
         self._bytes = 0
 
@@ -51,16 +52,25 @@ class Reel:
             self._bytes -= _bytes(self._moments.popleft())
             self._reasons.pop(self._forgotten, None)
             self._places.pop(self._forgotten, None)
+            self._steered.discard(self._forgotten)
             self._forgotten += 1
 
-    def note(self, why: Why | None) -> None:
-        """Why the decision before the latest moment was as it was."""
+    def note(self, why: Why | None, step: int | None = None) -> None:
+        """Why the decision at that step is as it is, the one after the latest moment if None."""
         if why is not None:
-            self._reasons[self.last] = why
+            self._reasons[self.last if step is None else step] = why
 
     def why(self, step: int) -> Why | None:
         """What the decision at that step came from; None where a person or a program decided."""
         return self._reasons.get(step)
+
+    def note_steered(self) -> None:
+        """A person decides at the latest moment, who has taken over."""
+        self._steered.add(self.last)
+
+    def steered(self, step: int) -> bool:
+        """Whether a person decided at that step who had taken over from what plays."""
+        return step in self._steered
 
     def familiarity(self, first: int, last: int) -> list[float | None]:
         """How familiar each decision from `first` to before `last` was; see `Why`."""

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from evastudio.live.reel import Reel, places_of
 from evastudio.live.run import Run
+from evastudio.pilots.why import Why
 from evastudio.world.bodies import Line
 from evastudio.world.cast import for_all
 from evastudio.world.scene import Scene
@@ -21,6 +22,10 @@ FAMILIAR, UNSURE, STRANGE = (70, 225, 190), (255, 205, 80), (255, 60, 110)
 """Colours, told apart by people who see few."""
 PLAIN = (150, 160, 185)
 """Where no familiarity is known."""
+STEERED = (110, 190, 255)
+"""Where a person had taken over."""
+LED = (255, 240, 200)
+"""Of the ways that demonstrated moments lead."""
 
 
 class Trail:
@@ -38,10 +43,34 @@ class Trail:
             first = max(run.reel.first, run.steps - round(TRAIL_S / run.scene.dt_s))
             places = [run.reel.place(step) for step in range(first, run.steps + 1)]
             known = run.reel.familiarity(first, run.steps)
-            known = [*known, known[-1] if known else None]
-            colors = np.array([_color(one) for one in known], dtype=np.uint8)
+            colored = [
+                STEERED if run.reel.steered(step) else _color(one)
+                for step, one in enumerate(known, start=first)
+            ]
+            colors = np.array([*colored, colored[-1] if colored else PLAIN], dtype=np.uint8)
             self._line = Line("trail", np.array(places, dtype=np.float32), colors)
         return self._line
+
+
+class Led:
+    """Where the moments that a decision came from would lead, each action for a while. The more one
+    counted, the brighter it is. Made once for each decision."""
+
+    def __init__(self) -> None:
+        self._why: Why | None = None
+        self._lines: tuple[Line, ...] = ()
+
+    def drawn(self, run: Run) -> tuple[Line, ...]:
+        """Of the decision that `run` stands at."""
+        step = min(run.steps, run.reel.last - 1)
+        why = run.reel.why(step)
+        if why is not self._why:
+            self._why, self._lines = why, ()
+            if why is not None and why.actions is not None and len(why.actions):
+                shares = (0.35 + 0.65 * why.weights / why.weights.max())[:, None]
+                colors = np.round(np.array([LED]) * shares).astype(np.uint8)
+                self._lines = ways(run.scene, run.reel.moment(step), why.actions, colors)
+        return self._lines
 
 
 def ways(

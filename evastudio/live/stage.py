@@ -15,7 +15,7 @@ from evastudio.live.reel import Reel
 from evastudio.live.review import Left, Review
 from evastudio.live.run import Run
 from evastudio.live.sight import Pointer, Sight
-from evastudio.live.sketch import Trail
+from evastudio.live.sketch import Led, Trail
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.pilots.why import Reasoner, Why
 from evastudio.world.bodies import Line
@@ -51,6 +51,7 @@ class Stage:
         self._actors = Actors(scene)
         self._sight = Sight()
         self._trail = Trail()
+        self._led = Led()
         self._chose: str | None = None
         self._fresh = True
         self._review: Review | None = None
@@ -146,16 +147,22 @@ class Stage:
     def take_over(self, now: float, wall: float) -> None:
         """The person goes on from here instead of what plays, and every step is recorded.
 
-        What plays goes on acting for the others, where there are any.
+        What plays goes on acting for the others, where there are any. What was paused moves again.
         """
-        if self.phase is not Phase.PLAYING or self._actors.pilot is None:
+        if not self.plays:
             raise ConflictError("Nothing plays that you could take over from. Press Play first.")
         if self.recorder is None:
             raise ConflictError("There is no session to record into. Choose or make one first.")
+        self.resume(now)
         self._actors.take_over()
         self.mode, self.phase = Mode.CORRECT, Phase.RECORDING
         origin = self.run.reel.origin_at(self.run.steps)
         self.recorder.begin(self.scene, self.run.after, RECORDED, "person", wall, origin)
+
+    def touch(self, now: float, wall: float) -> None:
+        """A person touches a control: what plays gives way, where it can be recorded."""
+        if self.plays and self.recorder is not None:
+            self.take_over(now, wall)
 
     def hand_back(self, wall: float) -> None:
         """What played before goes on from here; the correction is a take of its own."""
@@ -219,6 +226,22 @@ class Stage:
     def why(self) -> Why | None:
         """What the decision that one looks at came from, or the latest one."""
         return self.run.reel.why(min(self.run.steps, self.run.reel.last - 1))
+
+    def rethink(self) -> None:
+        """What plays has changed: tell of the decision that one looks at, or of the latest, what it
+        would come from now."""
+        run = self.run if self.run.reel is self.present.reel else self.present
+        actors = self._actors if self._left is None else self._left.actors
+        step = min(run.steps, run.reel.last - 1)
+        if run.reel.why(step) is not None:
+            run.reel.note(actors.why(run.reel.moment(step)), step)
+        self._next_frame = 0.0
+
+    @property
+    def plays(self) -> bool:
+        """Whether somebody else than a person acts, or would if it were not paused."""
+        moving = self._before_pause if self.phase is Phase.PAUSED else self.phase
+        return moving is Phase.PLAYING and self._actors.pilot is not None
 
     def _looking_back(self) -> Review:
         if self._review is None:
@@ -352,6 +375,8 @@ class Stage:
             policy=self._actors.playing,
             others=None if self._actors.others is None else self._actors.others.name,
             familiarity=None if why is None else why.familiarity,
+            silent=self._silent(why),
+            by_hand=run.reel.steered(min(run.steps, run.reel.last - 1)),
             decision=self.decision,
             decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
             lead=run.lead,
@@ -436,6 +461,8 @@ class Stage:
         told = self.phase is Phase.PLAYING and math.prod(self.scene.characters) <= FEW
         if told:
             run.reel.note(self._actors.why(run.after))
+        if self.mode is Mode.CORRECT:
+            run.reel.note_steered()
         actions = self._actors.decide(run.after, self.clock.interval)
         if self.phase is Phase.RECORDING and self.recorder is not None:
             self.recorder.add(run.states(), actions, run.after)
@@ -462,7 +489,18 @@ class Stage:
         self._fresh = False
 
     def _lines(self) -> tuple[Line, ...]:
-        """The way it came, while it plays and looking back at it."""
-        if self.phase in (Phase.PLAYING, Phase.REVIEWING) or self.mode is Mode.PLAY:
-            return (self._trail.drawn(self.run),)
-        return ()
+        """The way it came, while it plays and looking back at it; and where it holds still, the
+        ways that the decision there came from."""
+        if self.phase is not Phase.REVIEWING and self.mode not in (Mode.PLAY, Mode.CORRECT):
+            return ()
+        trail = self._trail.drawn(self.run)
+        still = self.phase is Phase.PAUSED and self.mode is Mode.PLAY
+        return (trail, *self._led.drawn(self.run)) if still or self._review else (trail,)
+
+    def _silent(self, why: Why | None) -> str | None:
+        actors, run = self._actors, self.run
+        if self.mode is not Mode.PLAY or actors.reasoner is None or not run.steps:
+            return None
+        if math.prod(self.scene.characters) > FEW:
+            return "There are too many characters to look at why one of them does what it does."
+        return actors.reasoner.silence(why)

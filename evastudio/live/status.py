@@ -62,6 +62,11 @@ class Status:
     familiarity: float | None
     """How much the moment of the latest decision is like what was demonstrated, 0 to 1; None where
     no policy decides, or it does not know."""
+    silent: str | None
+    """Why what plays cannot tell what its latest decision came from; None where it can, and where
+    nothing plays."""
+    by_hand: bool
+    """Whether the moment that is looked at was steered by a person who had taken over."""
     decision: str | None
     """The symbol that the next decision would be as of now, or, where a pilot plays, that it chose
     last; None where decisions are not symbols, or nothing moves."""

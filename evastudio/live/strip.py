@@ -24,7 +24,7 @@ class Happening:
 
     seconds: float
     kind: str
-    """'sign', 'near' or 'outcome'."""
+    """'sign', 'near', 'hand' or 'outcome'."""
     says: str
     """What a person reads; of an outcome its name."""
 
@@ -65,7 +65,7 @@ def _happened(reel: Reel, moments: Sequence[Snapshot]) -> list[tuple[int, str, s
     stride = max(1, -(-len(moments) // MOST_LOOKED_AT))
     looked_at = range(0, len(moments), stride)
     events = [index for index, sign in enumerate(scene.signs) if sign.unit is None]
-    found: list[tuple[int, str, str]] = []
+    found = _steered(reel, len(moments))
     before, was_near = np.zeros(len(scene.signs)), False
     for at in looked_at:
         moment = moments[at]
@@ -83,3 +83,13 @@ def _happened(reel: Reel, moments: Sequence[Snapshot]) -> list[tuple[int, str, s
     if outcome:
         found.append((len(moments) - 1, "outcome", scene.outcomes[outcome]))
     return found
+
+
+def _steered(reel: Reel, moments: int) -> list[tuple[int, str, str]]:
+    """Where a person took over, and where they handed back."""
+    by_hand = [reel.steered(reel.first + at) for at in range(moments - 1)]
+    return [
+        (at, "hand", "you took over" if now else "you handed back")
+        for at, (before, now) in enumerate(pairwise([False, *by_hand]))
+        if now is not before
+    ]

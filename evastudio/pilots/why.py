@@ -41,6 +41,8 @@ class Why:
     """See `Reasons.agreement`."""
     familiarity: float | None
     """See `Familiarity`; None where the policy kept no pairs, or does not know their takes."""
+    store: str | None = None
+    """Identity of the session store that has the takes; None where the policy does not know."""
 
 
 class Reasoner:
@@ -78,7 +80,28 @@ class Reasoner:
             actions,
             None if reasons.agreement is None else float(reasons.agreement[0]),
             float(familiar.of(distances[0])) if familiar and len(distances) else None,
+            policy.extra.get("store"),
         )
+
+    @property
+    def pilots(self) -> tuple[PolicyPilot, ...]:
+        """Of every policy that it can decide by."""
+        return tuple(_policies(self._pilot))
+
+    def silence(self, why: Why | None) -> str | None:
+        """Why the decision that `why` is of cannot be told reasons for; None where it can."""
+        if why is None:
+            return (
+                f"“{self._pilot.name}” decides by a program here: it was not shown what to do, so "
+                "there are no moments that it decides from."
+            )
+        if len(why.pairs) == 0 or why.moments is None:
+            return (
+                f"“{why.policy}” was saved in a compact form, without the moments it learned from: "
+                "it cannot tell why, nor how like your takes this is. A policy that you fit from "
+                "your own takes can."
+            )
+        return None
 
     def holder(self, take: int, step: int) -> tuple[PolicyPilot, Indices]:
         """The policy that keeps that demonstrated moment, and as which of its pairs.

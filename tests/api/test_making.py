@@ -174,7 +174,8 @@ def test_the_pairs_of_a_session_are_downloaded_as_learners_see_them(studio: Stud
     assert (plain["steps"][:3], any(plain["conflicts"])) == ([0, 1, 2], False)
     lines = studio.client.get(url, params={"format": "csv"}).text.splitlines()
     assert len(lines) == made["pairs"] + 1
-    assert lines[0].split(",") == ["take", "step", "conflict", *plain["state"], *plain["action"]]
+    flags = ["conflict", "correction"]
+    assert lines[0].split(",") == ["take", "step", *flags, *plain["state"], *plain["action"]]
     arrays = studio.client.get(url, params={"format": "npz", "perception": "canonical"})
     with np.load(io.BytesIO(arrays.content), allow_pickle=False) as loaded:
         assert loaded["takes"].tolist() == plain["takes"]

@@ -18,3 +18,5 @@ class PairsOut(Model):
     """Its decision step there."""
     conflicts: list[bool]
     """Whether cleaning marked it."""
+    corrections: list[bool]
+    """Whether somebody showed it who had taken over from a policy."""

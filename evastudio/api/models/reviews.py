@@ -10,8 +10,9 @@ from evastudio.api.models.common import Model
 class HappeningOut(Model):
     seconds: float
     """Since the run began."""
-    kind: Literal["sign", "near", "outcome"]
-    """A sign of the scene, a close call, or how the world ended."""
+    kind: Literal["sign", "near", "hand", "outcome"]
+    """A sign of the scene, a close call, somebody who took over from what plays or handed back, or
+    how the world ended."""
     says: str
     """What it was; of an outcome its name."""
 
