@@ -13,6 +13,7 @@ from evastudio.api.models.sessions import (
     CleanIn,
     DiagnoseIn,
     FitIn,
+    PlacesIn,
     PreviewIn,
     SessionIn,
     SessionOut,
@@ -27,6 +28,7 @@ from evastudio.learning.tuning import AUTO
 from evastudio.live import cleaning, headless
 from evastudio.live.diagnosing import diagnose
 from evastudio.live.tuning import tune
+from evastudio.live.visiting import find_places
 
 router = APIRouter(tags=["sessions"])
 
@@ -97,6 +99,19 @@ def tune_session(session: int, body: TuneIn, studio: Studio) -> JobOut:
     _need_pairs(session, studio)
     job = studio.jobs.submit(
         "tune", tune, session, workspace=studio.workspace, **body.model_dump(exclude_none=True)
+    )
+    return JobOut.model_validate(job)
+
+
+@router.post("/sessions/{session}/places", status_code=status.HTTP_202_ACCEPTED)
+def find_unvisited(session: int, body: PlacesIn, studio: Studio) -> JobOut:
+    """Look where the kept takes do not come; a job whose result tells places.
+
+    On a stage the command `visit` with a place's take, step and push begins a take there.
+    """
+    _need_pairs(session, studio)
+    job = studio.jobs.submit(
+        "places", find_places, session, workspace=studio.workspace, **body.model_dump()
     )
     return JobOut.model_validate(job)
 

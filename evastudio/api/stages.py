@@ -23,6 +23,7 @@ from evastudio.errors import InvalidInputError, NotFoundError, StudioError
 from evastudio.live.jobs import Job
 from evastudio.live.live_stage import LiveStage
 from evastudio.live.pace import Pace
+from evastudio.live.pushing import Push
 from evastudio.live.tokens import Role
 
 router = APIRouter(prefix="/stages", tags=["stages"])
@@ -244,11 +245,11 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
     """One command of a person. Raises StudioError where it is not possible."""
     match command.name:
         case "demonstrate":
-            stage.demonstrate(command.options, command.others)
+            stage.demonstrate(command.options, command.others, pushes=command.pushes)
         case "play":
             if command.policy is None:
                 raise InvalidInputError("No policy was named; choose one to play.")
-            stage.play(command.policy, command.options)
+            stage.play(command.policy, command.options, command.seed, command.seconds)
         case "session":
             stage.choose_session(command.session)
         case "signal":
@@ -285,6 +286,11 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
             if command.take is None:
                 raise InvalidInputError("No take was named; say which moment of which take.")
             stage.correcting.forget(command.take, command.step)
+        case "visit":
+            if command.take is None or command.push is None:
+                raise InvalidInputError("No take and push were given; say from where to go where.")
+            push = Push(tuple(command.push.keys), command.push.steps)
+            stage.looking_back.visit(command.take, command.step, push, command.others)
         case "pace":
             stage.keep_pace(command.speed)
         case "discard":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from evastudio.live.inputs import HeldKeys
+from evastudio.live.pushing import Pushes
 from evastudio.pilots.why import Reasoner, Why
 from evastudio.world.cast import for_all, of_lead, sound
 from evastudio.world.rollout import Memory, Pilot
@@ -25,6 +26,8 @@ class Actors:
         """Acts for all but the lead while keys decide; None where the others rest."""
         self.gave_way: Pilot | None = None
         """Acted for everybody until a person took over."""
+        self.pushes: Pushes | None = None
+        """Force the lead off its way now and then, while keys decide; None where they do not."""
         self._memory: Memory = {}
         self._signalled: dict[int, float] = {}
 
@@ -58,10 +61,11 @@ class Actors:
         others: Pilot | None = None,
         memory: Memory | None = None,
         reasoner: Reasoner | None = None,
+        pushes: Pushes | None = None,
     ) -> None:
         """A new world: who acts in it, with the memory that they begin with."""
         self.pilot, self.others, self._memory = pilot, others, dict(memory or {})
-        self.reasoner = reasoner
+        self.reasoner, self.pushes = reasoner, pushes
         self.gave_way = None
         self._signalled = {}
 
@@ -71,8 +75,17 @@ class Actors:
             return None
         return self.reasoner.why(self._scene, snapshot, self._memory)
 
-    def decide(self, snapshot: Snapshot, interval: tuple[float, float]) -> Array:
-        """The actions of all, for a step that acts on `interval` of the keys' time."""
+    def forced(self, snapshot: Snapshot) -> Array | None:
+        """What the lead is forced to do next, (1, m); None where the person decides."""
+        return None if self.pushes is None else self.pushes.next(snapshot)
+
+    def decide(
+        self, snapshot: Snapshot, interval: tuple[float, float], forced: Array | None = None
+    ) -> Array:
+        """The actions of all, for a step that acts on `interval` of the keys' time.
+
+        What is `forced` is done instead of what the keys say.
+        """
         scene = self._scene
         if self.pilot is not None:
             actions, self._memory = self.pilot.act(scene, snapshot, self._memory)
@@ -80,7 +93,8 @@ class Actors:
             theirs = None
             if self.others is not None:
                 theirs, self._memory = self.others.act(scene, snapshot, self._memory)
-            actions = for_all(scene, snapshot, self.keys.read(*interval), theirs)
+            own = self.keys.read(*interval)
+            actions = for_all(scene, snapshot, own if forced is None else forced, theirs)
         actions = sound(scene, actions)
         if self._signalled:
             own = of_lead(snapshot, actions).copy()

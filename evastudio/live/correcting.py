@@ -7,14 +7,20 @@ import copy
 import time
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from evastudio.demonstrations.by_hand import mark_by_hand
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, NotFoundError
 from evastudio.learning.learner import Indices
 from evastudio.learning.neighbor_learner import NeighborLearner
+from evastudio.live.perceiving import see_session
+from evastudio.live.pushing import Pushes, Shown
 from evastudio.live.stage import Stage
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.pilots.why import Reasoner, Why
+from evastudio.workspace import Workspace
+from evastudio.world.scene import Scene
 
 if TYPE_CHECKING:
     from evastudio.live.live_stage import LiveStage
@@ -23,9 +29,10 @@ if TYPE_CHECKING:
 class Correcting:
     """The part of a live stage that changes what plays. Callable from any thread."""
 
-    def __init__(self, live: LiveStage, stage: Stage, store: Store) -> None:
+    def __init__(self, live: LiveStage, stage: Stage, workspace: Workspace, store: Store) -> None:
         self._live = live
         self._stage = stage
+        self._workspace = workspace
         self._store = store
         self._forgotten: dict[tuple[int, int], None] = {}
 
@@ -82,6 +89,17 @@ class Correcting:
                         leave_out(pilot, pairs)
                     else:
                         del self._forgotten[take, step]
+
+    def pushes(self, scene: Scene, rng: np.random.Generator) -> Pushes:
+        """What forces a character off its way, to where the takes of the session were not yet."""
+        recorder, shown = self._stage.recorder, None
+        session = None if recorder is None else self._store.session(recorder.session)
+        if session is not None and session.pairs > 1:
+            (seen,) = see_session(self._workspace, self._store, session)
+            pairs = seen.pairs()
+            if len(pairs) > 1:
+                shown = Shown(seen.perception, pairs.states, pairs.takes)
+        return Pushes(scene, rng, shown)
 
     def _left_out(self, take: int, step: int) -> bool:
         marks = self._store.marks(self._store.take(take).session).get(take)

@@ -10,9 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, StudioError
+from evastudio.live.approach import approach
 from evastudio.live.correcting import Correcting
 from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
@@ -72,7 +75,7 @@ class LiveStage:
         self.pulse = Pulse(f"stage-{name}", self._beat, self._failed)
         """What is asked of the stage from any thread goes through this."""
         self.looking_back = LookingBack(self, self._stage, workspace, store)
-        self.correcting = Correcting(self, self._stage, store)
+        self.correcting = Correcting(self, self._stage, workspace, store)
         self.pulse.start()
 
     @property
@@ -133,18 +136,27 @@ class LiveStage:
         options: Mapping[str, float] | None = None,
         others: str | None = None,
         seed: int | None = None,
+        pushes: bool = False,
     ) -> None:
         """Begin a take in a new world, or that of `seed`; makes a session where none was chosen.
 
         `others` is the policy (or scripted pilot) of everybody else, who stand still without one.
+        With `pushes` the character is forced off its way now and then; see `Pushes`.
         """
         self.begin_again()
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         crowd = None if others is None else self.actor(others, scene)
         self.need_session()
+        rng = np.random.default_rng([self._seed, self._worlds])
+        forcing = self.correcting.pushes(scene, rng) if pushes else None
         self.pulse.call(
             lambda: self._stage.demonstrate(
-                scene, self._seed_or(seed), time.monotonic(), time.time(), crowd
+                scene,
+                self._seed_or(seed),
+                time.monotonic(),
+                time.time(),
+                crowd,
+                pushes=forcing,
             )
         )
         self.refresh()
@@ -166,17 +178,27 @@ class LiveStage:
             self.choose_session(made)
 
     def play(
-        self, pilot: str, options: Mapping[str, float] | None = None, seed: int | None = None
+        self,
+        pilot: str,
+        options: Mapping[str, float] | None = None,
+        seed: int | None = None,
+        from_s: float = 0.0,
     ) -> None:
-        """Let a policy (or a scripted pilot) act alone in a new world, or that of `seed`."""
+        """Let a policy (or a scripted pilot) act alone in a new world, or that of `seed`.
+
+        Where it is to go on `from_s` seconds into that world, it is brought there and held still.
+        """
         self.begin_again()
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         actor = self.actor(pilot, scene)
         reasoner = Reasoner(actor)
         self.correcting.forget_again(reasoner)
+        seed = self._seed_or(seed)
+        steps = round(from_s / scene.dt_s)
+        start = approach(scene, actor, seed, steps, reasoner) if steps else None
         self.pulse.call(
             lambda: self._stage.play(
-                scene, actor, self._seed_or(seed), time.monotonic(), time.time(), reasoner
+                scene, actor, seed, time.monotonic(), time.time(), reasoner, start
             )
         )
         self.refresh()
@@ -195,7 +217,7 @@ class LiveStage:
         elif same and self._stage.forked_from is not None:
             self.looking_back.fork_from(*self._stage.forked_from, status.others)
         else:
-            self.demonstrate(others=status.others, seed=seed)
+            self.demonstrate(others=status.others, seed=seed, pushes=status.pushes)
 
     def pause(self) -> None:
         self.pulse.call(lambda: self._stage.pause(time.monotonic()))

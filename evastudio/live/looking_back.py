@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from evastudio.demonstrations.records import RECORDED, Origin, TakeRecord
 from evastudio.demonstrations.store import Store
 from evastudio.demonstrations.trimming import keep_last
-from evastudio.errors import ConflictError, NotFoundError
+from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
 from evastudio.live.headless import make_scene
 from evastudio.live.pulse import PATIENCE_S
+from evastudio.live.pushing import Push
 from evastudio.live.reel import Reel
 from evastudio.live.stage import Stage
 from evastudio.live.strip import Strip, strip_of
@@ -64,18 +65,44 @@ class LookingBack:
             raise ConflictError("The world had ended there. Go back a little, and on from there.")
         self.fork_from(start, self._recorded(origin), others)
 
-    def fork_from(self, start: Snapshot, origin: Origin, others: str | None) -> None:
-        """Begin a take at `start`, which `origin` names."""
-        live, stage, scene = self._live, self._stage, self._stage.scene
+    def fork_from(
+        self,
+        start: Snapshot,
+        origin: Origin,
+        others: str | None,
+        scene: Scene | None = None,
+        seed: int | None = None,
+    ) -> None:
+        """Begin a take at `start`, which `origin` names, of the world of `seed` in `scene`, or of
+        the one on the stage."""
+        live, stage = self._live, self._stage
+        place = stage.scene if scene is None else scene
         live.begin_again()
-        crowd = None if others is None else live.actor(others, scene)
+        crowd = None if others is None else live.actor(others, place)
         live.need_session()
+        world = stage.run.seed if seed is None else seed
         live.pulse.call(
             lambda: stage.demonstrate(
-                scene, stage.run.seed, time.monotonic(), time.time(), crowd, start, origin
+                place, world, time.monotonic(), time.time(), crowd, start, origin
             )
         )
         live.refresh()
+
+    def visit(self, take: int, step: int, push: Push, others: str | None = None) -> None:
+        """Begin a take where `push` leads from that moment of a take, which nobody has shown.
+
+        `others` is as in `LiveStage.demonstrate`. Raises NotFoundError for an unknown take,
+        InvalidInputError for a step that it has not, ConflictError where the push ends the world.
+        """
+        reel, seed = self._reel(take)
+        if step >= reel.last:
+            raise InvalidInputError(
+                f"The take has no moment {step}; it has {reel.last}, from 0 on."
+            )
+        start = push.applied(reel.scene, reel.moment(step))
+        if reel.scene.outcome(start)[0]:
+            raise ConflictError("That push ends the world at once. Choose another.")
+        self.fork_from(start, Origin(step, take=take), others, reel.scene, seed)
 
     def keep_last(self, seconds: float, take: int | None = None) -> None:
         """Keep the last `seconds` of `take` only, and look at what is kept.

@@ -11,6 +11,7 @@ from evastudio.live.actors import Actors, begun
 from evastudio.live.clock import Clock
 from evastudio.live.inputs import HeldKeys
 from evastudio.live.picture import Picture, Show
+from evastudio.live.pushing import Pushes
 from evastudio.live.reel import Reel
 from evastudio.live.review import Left, Review
 from evastudio.live.run import Run
@@ -20,9 +21,10 @@ from evastudio.live.status import Mode, Phase, Status
 from evastudio.pilots.why import Reasoner, Why
 from evastudio.world.bodies import Line
 from evastudio.world.cast import of_lead
-from evastudio.world.rollout import Pilot
+from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
+from evastudio.world.spaces import Array
 
 COUNTDOWN_S = 3.0
 PACES = (0.25, 1.0)
@@ -60,6 +62,8 @@ class Stage:
         self._countdown_ends = now
         self._before_pause = Phase.READY
         self._paused_at = now
+        self.pushed = False
+        """Whether the character is forced off its way just now."""
 
     @property
     def keys(self) -> HeldKeys:
@@ -77,12 +81,14 @@ class Stage:
         others: Pilot | None = None,
         start: Snapshot | None = None,
         origin: Origin | None = None,
+        pushes: Pushes | None = None,
     ) -> None:
         """A new world, a countdown, then every step is recorded. A running take is kept.
 
         Where many share a world, the keys are the lead's and `others` acts for the rest, who stand
         still where it is None. A take that goes on from a moment of another run begins at `start`,
-        and `origin` says which that is.
+        and `origin` says which that is. Where `pushes` force the character off its way now and
+        then, what is forced is recorded in no take, and another take begins behind it.
         """
         if self.recorder is None:
             raise ConflictError("There is no session to record into. Choose or make one first.")
@@ -93,7 +99,7 @@ class Stage:
         else:
             run = Run.fork(scene, seed, start, origin)
         self._enter(run)
-        self._actors.enter(others=others, memory=memory)
+        self._actors.enter(others=others, memory=memory, pushes=pushes)
         self.mode, self.phase = Mode.DEMONSTRATE, Phase.COUNTDOWN
         self._countdown_ends = now + COUNTDOWN_S
 
@@ -105,14 +111,23 @@ class Stage:
         now: float,
         wall: float,
         reasoner: Reasoner | None = None,
+        start: tuple[Run, Memory] | None = None,
     ) -> None:
-        """`pilot` acts alone in a new world; nothing is recorded. `reasoner` tells why it does."""
-        memory = begun(pilot, scene, seed)
+        """`pilot` acts alone in a new world; nothing is recorded. `reasoner` tells why it does.
+
+        Where it came to a moment of that world already, as `approach` gives it, it goes on from
+        there, once it is told to.
+        """
+        memory = begun(pilot, scene, seed) if start is None else start[1]
         self.end_take(wall)
-        self._enter(Run.new(scene, seed, self.run.lead or 0, pilot.name))
+        self._enter(
+            Run.new(scene, seed, self.run.lead or 0, pilot.name) if start is None else start[0]
+        )
         self._actors.enter(pilot, memory=memory, reasoner=reasoner)
         self.mode, self.phase = Mode.PLAY, Phase.PLAYING
         self._start_clock(now)
+        if start is not None:
+            self.pause(now)
 
     def pause(self, now: float) -> None:
         """Hold still: during a countdown, a recording, playback or a look back."""
@@ -377,6 +392,8 @@ class Stage:
             familiarity=None if why is None else why.familiarity,
             silent=self._silent(why),
             by_hand=run.reel.steered(min(run.steps, run.reel.last - 1)),
+            pushed=self.pushed,
+            pushes=self.pushes,
             decision=self.decision,
             decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
             lead=run.lead,
@@ -404,6 +421,11 @@ class Stage:
         """Where the present run goes on from, None where it began in a world of its own."""
         run = self.run
         return None if run.origin is None else (run.reel.moment(0), run.origin)
+
+    @property
+    def pushes(self) -> bool:
+        """Whether the character is forced off its way now and then."""
+        return self._actors.pushes is not None
 
     @property
     def camera(self) -> str:
@@ -441,6 +463,7 @@ class Stage:
         self._sight.forget()
         self._fresh = True
         self._chose = None
+        self.pushed = False
 
     def _rest(self) -> None:
         self.phase, self.mode = Phase.READY, None
@@ -463,8 +486,9 @@ class Stage:
             run.reel.note(self._actors.why(run.after))
         if self.mode is Mode.CORRECT:
             run.reel.note_steered()
-        actions = self._actors.decide(run.after, self.clock.interval)
-        if self.phase is Phase.RECORDING and self.recorder is not None:
+        forced = self._forced(wall)
+        actions = self._actors.decide(run.after, self.clock.interval, forced)
+        if self.phase is Phase.RECORDING and self.recorder is not None and forced is None:
             self.recorder.add(run.states(), actions, run.after)
         if told:
             self._chose = run.symbol(of_lead(run.after, actions))
@@ -474,6 +498,20 @@ class Stage:
                 self.recorder.end(run.outcome, wall)
             self.phase = Phase.ENDED
             self.keys.center()
+
+    def _forced(self, wall: float) -> Array | None:
+        """What the next decision is forced to be, in no take; None where a person decides."""
+        if self.mode is not Mode.DEMONSTRATE or self.recorder is None:
+            return None
+        run, action = self.run, self._actors.forced(self.run.after)
+        if action is not None and not self.pushed:
+            self.recorder.end(None, wall)
+            run.reel.key = None
+        elif action is None and self.pushed:
+            origin = run.reel.origin_at(run.steps)
+            self.recorder.begin(run.scene, run.after, RECORDED, "person", wall, origin)
+        self.pushed = action is not None
+        return action
 
     def _draw(self, now: float) -> None:
         run = self.run

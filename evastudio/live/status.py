@@ -67,6 +67,10 @@ class Status:
     nothing plays."""
     by_hand: bool
     """Whether the moment that is looked at was steered by a person who had taken over."""
+    pushed: bool
+    """Whether the character is forced off its way just now, which nobody records."""
+    pushes: bool
+    """Whether that is done now and then."""
     decision: str | None
     """The symbol that the next decision would be as of now, or, where a pilot plays, that it chose
     last; None where decisions are not symbols, or nothing moves."""

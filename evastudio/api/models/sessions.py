@@ -119,3 +119,8 @@ class FitIn(Given):
     settings: Annotated[dict[Name, Any], Field(default_factory=dict, max_length=100)]
     delay: Delay = "auto"
     name: PolicyName | None = None
+
+
+class PlacesIn(Given):
+    places: Annotated[int, Field(ge=1, le=100)] = 8
+    seed: Seed = 0

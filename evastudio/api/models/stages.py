@@ -34,6 +34,13 @@ class StageOut(BaseModel):
 FromMiddle = Annotated[float, Field(ge=-1, le=1)]
 
 
+class PushIn(Given):
+    """Keys held for a little while, to come where nobody was."""
+
+    keys: Annotated[list[Annotated[str, Field(max_length=40)]], Field(max_length=40)]
+    steps: Annotated[int, Field(ge=1, le=1000)]
+
+
 class CommandIn(Given):
     """What a person does on a stage."""
 
@@ -60,6 +67,7 @@ class CommandIn(Given):
         "roll",
         "pace",
         "forget",
+        "visit",
     ]
     policy: Name | None = None
     others: Name | None = None
@@ -72,9 +80,16 @@ class CommandIn(Given):
     """The take to look back at, where none is named the run on the stage; or the one to keep the
     end of, where none is named the last."""
     step: Annotated[int, Field(ge=0)] = 0
-    """The moment of the take that is to be left out."""
+    """The moment of the take that is to be left out, or to be pushed on from."""
+    push: PushIn | None = None
+    """What is held from there on before the person goes on."""
+    pushes: bool = False
+    """Whether a demonstration is to be pushed off its way now and then."""
     seconds: Annotated[float, Field(ge=0, le=86_400)] = 0.0
-    """Where to look back at, since the run began, or how much of a take's end to keep."""
+    """Where to look back at, since the run began, how much of a take's end to keep, or from where
+    on to play: the policy is brought there and held still."""
+    seed: Seed | None = None
+    """Of the world to play in; a new one where none is given."""
     speed: FiniteFloat = 1.0
     """Of a look back, or the pace of time."""
     same: bool = False
