@@ -8,6 +8,7 @@ from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.live.run import Run
 from evastudio.live.stage import FEW
 from evastudio.pilots.why import Reasoner
+from evastudio.world.cast import sound
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 
@@ -34,7 +35,7 @@ def approach(
         if few:
             run.reel.note(reasoner.why(scene, run.after, memory))
         actions, memory = pilot.act(scene, run.after, memory)
-        run.step(scene.action.clip(actions))
+        run.step(sound(scene, actions))
         if run.outcome is not None:
             raise ConflictError(
                 f"{pilot.name!r} goes another way in that world by now: it ends after "

@@ -120,6 +120,76 @@ def test_a_moment_forgotten_while_playing_counts_no_more(
         assert not store.marks(session.id)
 
 
+def test_what_is_left_out_changes_the_decision_that_is_looked_at(stage: LiveStage) -> None:
+    stage.play("exact")
+    before = played(stage, 3.0)
+    assert before.moments is not None
+    gone = before.moments[0].tolist()
+    stage.correcting.forget(*gone)
+    after = stage.correcting.why()
+    assert after is not None
+    assert after.moments is not None
+    assert after.moments[:2].tolist() == before.moments[1:3].tolist()
+    assert after.actions is not None
+    assert not np.array_equal(after.actions.mean(axis=0), before.actions.mean(axis=0))
+
+
+def test_what_was_left_out_stays_so_until_it_is_taken_back(
+    stage: LiveStage, workspace: Workspace
+) -> None:
+    stage.play("exact", seed=7)
+    why = played(stage, 1.0)
+    assert why.moments is not None
+    gone = why.moments[0].tolist()
+    stage.correcting.forget(*gone)
+    stage.restart(same=True)
+    with pytest.raises(NotFoundError, match="forgotten"):
+        stage.correcting.forget(*gone)
+    with Store(workspace.store_url) as store:
+        assert store.undo_cleaning(store.session("shown").id)
+    stage.restart(same=True)
+    stage.correcting.forget(*gone)
+    # Fitted anew it is left out for good, though nothing was ever cleaned.
+    fitted = headless.fit(workspace, "shown", learner="knn", delay="off", name="again")
+    assert fitted["pairs"] == fitted["pairs_before_cleaning"] - 1
+
+
+def test_what_plays_gives_way_to_whoever_steers(stage: LiveStage, workspace: Workspace) -> None:
+    stage.play("exact")
+    played(stage, 1.0)
+    stage.hold(["KeyA"])
+    assert stage.status()["mode"] == "play"  # there is no session to record into
+    stage.hold([])
+    with Store(workspace.store_url) as store:
+        stage.choose_session(store.session("shown").id)
+    stage.play("exact")
+    played(stage, 1.0)
+    at = stage.status()["seconds"]
+    stage.hold(["KeyQ"])
+    assert stage.status()["phase"] == "paused"  # that key steers nothing
+    stage.hold(["KeyA"])
+    status = stage.status()
+    assert (status["phase"], status["mode"], status["policy"]) == ("recording", "correct", "exact")
+    stage.hold([])
+    stage.correcting.hand_back()
+    assert stage.status()["mode"] == "play"
+    stage.stop()
+    with Store(workspace.store_url) as store:
+        origin = store.takes(store.session("shown").id)[-1].origin
+    if origin is not None:  # steps may not have come in between
+        assert (origin.policy, origin.step) == ("exact", round(at / stage.scene.dt_s))
+
+
+def test_where_nothing_can_be_told_it_is_said_why(stage: LiveStage) -> None:
+    stage.play("exact")
+    assert played(stage, 0.5).familiarity is not None
+    assert stage.status()["silent"] is None
+    stage.play("asteroids-careful")
+    why = played(stage, 0.5)
+    assert stage.correcting.silence(why) == stage.status()["silent"]
+    assert "compact form" in stage.status()["silent"]
+
+
 def test_programs_have_no_reasons(stage: LiveStage) -> None:
     stage.play("straight")
     assert stage.correcting.why() is None
