@@ -140,7 +140,7 @@ def drawn_steps(scene: Scene, rng: np.random.Generator) -> int:
 def can_go_on(scene: Scene, moments: Snapshot) -> Mask:
     """In which of `moments` nothing is lost yet, (worlds,): none ends badly for a while."""
     good = np.array([name in scene.successes for name in scene.outcomes])
-    going = scene.outcome(moments) == 0
+    going: Mask = scene.outcome(moments) == 0
     (rest,) = Push((), 1).actions(scene)
     for _ in range(max(1, round(FREE_S / scene.dt_s))):
         moments = _stepped(scene, moments, rest)
