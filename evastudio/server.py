@@ -33,8 +33,9 @@ from evastudio.api.wire import PatientProtocol
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.live.jobs import Job, Jobs
+from evastudio.live.signed_in import earlier_runs
 from evastudio.live.stages import Stages
-from evastudio.live.tokens import Role, Tokens
+from evastudio.live.tokens import Role, Tokens, cookie_of, digest
 from evastudio.observing.health import Health
 from evastudio.observing.metrics import CONTENT_TYPE, Metrics
 from evastudio.observing.requests import Requests
@@ -155,7 +156,10 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         return Response(metrics.told(), media_type=CONTENT_TYPE)
 
     app.mount("/web", StaticFiles(directory=web), name="web")
-    people = People(settings.token, Tokens(store))
+    earlier: frozenset[str] = frozenset()
+    if settings.remember:
+        earlier = earlier_runs(workspace.root, digest(cookie_of(settings.token)))
+    people = People(settings.token, Tokens(store), earlier)
     app.state.people = people
     door = Door(settings.host, port, settings.public_url)
     app.add_middleware(Repeats, store=store)

@@ -24,6 +24,9 @@ class Settings:
     """0 takes any free one."""
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24), repr=False)
     """Who knows it may do everything."""
+    remember: bool = False
+    """Let browsers in that came in by the token of an earlier run. Not for a token somebody chose:
+    choosing another is how to lock them out."""
     public_url: str | None = None
     """Scheme and host, as https://studio.example, where a proxy in front of it shows it so."""
     behind_proxy: str | None = None

@@ -125,6 +125,7 @@ class Drive:
         self._out: asyncio.Queue[Mapping[str, Any]] = asyncio.Queue()
         self._commands: asyncio.Queue[CommandIn] = asyncio.Queue()
         self._lag_s = float("inf")
+        self._release: asyncio.TimerHandle | None = None
 
     async def run(self) -> None:
         if self._attendance is not None:
@@ -142,6 +143,7 @@ class Drive:
         except StudioError:
             pass  # the stage was closed meanwhile
         finally:
+            self._release_after(None)
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
@@ -149,8 +151,7 @@ class Drive:
             self._studio.outgoing.discard(self._out)
             self._stage.on_status.remove(self._told_status)
             if self._attendance is not None:
-                with contextlib.suppress(StudioError):  # the stage was closed meanwhile
-                    self._stage.hold([], by=self)
+                self._let_go()
                 self._attendance.left()
 
     def _told_status(self, told: dict[str, Any]) -> None:
@@ -202,6 +203,7 @@ class Drive:
             self._lag_s = min(self._lag_s, late)
             age_s = min(max(late - self._lag_s, 0.0), MAX_AGE_S)
             self._stage.hold(keys.held, age_s, by=self)
+            self._release_after(keys.for_ms)
             self._put({"type": "ack", "seq": keys.seq})
         elif message.type == "command":
             if self._commands.qsize() >= WAITING:
@@ -211,6 +213,18 @@ class Drive:
             raise InvalidInputError(
                 f"A message of type {message.type!r} is not known; 'keys' and 'command' are."
             )
+
+    def _release_after(self, wait_ms: float | None) -> None:
+        """Let go of every key then, or never where it is None; what was said before is void."""
+        if self._release is not None:
+            self._release.cancel()
+            self._release = None
+        if wait_ms is not None:
+            self._release = self._loop.call_later(wait_ms / 1000.0, self._let_go)
+
+    def _let_go(self) -> None:
+        with contextlib.suppress(StudioError):  # the stage was closed meanwhile
+            self._stage.hold([], by=self)
 
     async def _perform_all(self) -> None:
         while True:

@@ -44,7 +44,7 @@ def studio(
     """Open the studio: serve the page and print its address."""
     from evastudio.server import serve  # the server's libraries are slow to load
 
-    given: dict[str, Any] = {} if token is None else {"token": token}
+    given: dict[str, Any] = {"remember": True} if token is None else {"token": token}
     settings = Settings(
         Workspace(workspace, store),
         host,

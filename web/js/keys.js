@@ -10,6 +10,10 @@
 /** @typedef {{kind: "hold"} | {kind: "command" | "signal", name: string, repeats?: boolean} |
  *   {kind: "press", control: HTMLElement} | {kind: "swallow"} | null} Meaning */
 
+/** What is held is told so often, and counts as released where nothing was heard for so long. */
+const BEAT_MS = 250;
+export const GOOD_MS = 1000;
+
 const TYPED = /^(text|search|email|url|tel|password|number)$/;
 
 /** @param {EventTarget | undefined} target */
@@ -45,6 +49,7 @@ export class Keys {
     /** @type {WeakSet<Document>} */
     this.attached = new WeakSet();
     this.attach(window);
+    setInterval(() => this.held.size > 0 && this.tell([...this.held], now()), BEAT_MS);
   }
 
   /**
@@ -105,9 +110,12 @@ export class Keys {
   releaseAll() {
     if (this.held.size === 0) return;
     this.held.clear();
-    this.tell([], performance.timeOrigin + performance.now());
+    this.tell([], now());
   }
 }
+
+/** Milliseconds since the epoch. */
+const now = () => performance.timeOrigin + performance.now();
 
 /**
  * Press it as a click does; the focus goes to what unfolds, so that the keyboard goes on there.

@@ -7,7 +7,7 @@ import { byId } from "./dom.js";
 import { hud } from "./hud.js";
 import { isOpen, jobs } from "./jobs.js";
 import { keptSeconds, keyHelp, showHeld } from "./keyhelp.js";
-import { Keys } from "./keys.js";
+import { GOOD_MS, Keys } from "./keys.js";
 import { Link } from "./link.js";
 import { meaningOf } from "./meaning.js";
 import { MARK, notNow, session } from "./needs.js";
@@ -202,7 +202,7 @@ const keys = new Keys(
   (event, onControl) => meaningOf(STUDIO, store.state, event, onControl),
   (held, timeMs) => {
     showHeld(held);
-    link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence });
+    link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence, for_ms: held.length ? GOOD_MS : null });
   },
   command,
   (name) => signal(name, pointer.place()),

@@ -113,3 +113,6 @@ class KeysIn(Given):
     time_ms: FiniteFloat
     """When, on the browser's clock, milliseconds since the epoch."""
     seq: int = 0
+    for_ms: Annotated[float, Field(gt=0, le=60_000)] | None = None
+    """They count as released after this long unless told again, for a connection may hang without
+    a word; None: held until something else is told."""
