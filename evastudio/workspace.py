@@ -61,6 +61,11 @@ class Workspace:
         return self.root / "pictures"
 
     @property
+    def conflicts(self) -> Path:
+        """Where it is kept what a look for conflicts found; looking again makes it anew."""
+        return self.root / "conflicts"
+
+    @property
     def unsaved(self) -> tuple[Path, ...]:
         """Where takes wait that cannot be saved: here, or elsewhere where this disk is full."""
         cache = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())

@@ -7,6 +7,7 @@ from fastapi import Depends, FastAPI
 from evastudio.api import (
     asking,
     clips,
+    conflicts,
     evaluations,
     failures,
     jobs,
@@ -33,6 +34,7 @@ ROOMS = (
     me,
     scenes,
     sessions,
+    conflicts,
     pairs,
     takes,
     policies,

@@ -15,6 +15,7 @@ from evastudio.api.paging import NamedPage
 from evastudio.errors import NotFoundError, not_found
 from evastudio.learning.catalog import PolicyEntry, list_policies
 from evastudio.live import piloting
+from evastudio.live.age import made_before
 from evastudio.live.headless import make_scene
 from evastudio.world.scene import Scene
 
@@ -61,7 +62,7 @@ def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) ->
     scene: Mapping[str, Any] = header.get("scene") or {}
     extra: Mapping[str, Any] = header.get("extra") or {}
     now, problem = _mismatch(scene, studio) if entry.problem is None else (None, entry.problem)
-    report = _report(extra)
+    report, changed = _report(extra), made_before(header, studio.store)
     if entry.switch is not None and now is not None:
         known = list_policies(studio.workspace.policy_folders)
         problem = problem or piloting.cannot_play(entry.switch, now, known)
@@ -80,7 +81,8 @@ def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) ->
         made_by=header.get("made_by"),
         created=header.get("created"),
         shipped=entry.path.parent.resolve() != studio.workspace.policies.resolve(),
-        stale=_stale(header, extra, studio),
+        stale=changed is not None,
+        made_before=changed,
         problem=problem,
     )
 
@@ -106,20 +108,3 @@ def _mismatch(scene: Mapping[str, Any], studio: Studio) -> tuple[Scene | None, s
             f"{now.version}. Fit it again."
         )
     return now, None
-
-
-def _stale(header: Mapping[str, Any], extra: Mapping[str, Any], studio: Studio) -> bool:
-    """Whether the session, if it is in this store, has other pairs or another cleaning now."""
-    if extra.get("store") != studio.store.identity:
-        return False
-    try:
-        session = studio.store.session(int(header.get("session") or 0))
-    except NotFoundError:
-        return True
-    cleaning = None if session.cleaning is None else session.cleaning.id
-    takes = [take.id for take in studio.store.takes(session.id) if take.pairs]
-    return (takes, session.pairs, cleaning) != (
-        header.get("takes"),
-        extra.get("pairs_before_cleaning"),
-        extra.get("cleaning_id"),
-    )

@@ -290,6 +290,10 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
             stage.looking_back.keep_last(command.seconds, command.take)
         case "review":
             stage.looking_back.review(command.take, command.seconds)
+        case "compare":
+            if command.take is None:
+                raise InvalidInputError("No take was named; say which moment of which take.")
+            stage.looking_back.compare(command.take, command.step)
         case "leave":
             stage.looking_back.leave()
         case "seek":

@@ -42,6 +42,8 @@ class Policy:
     """The session's pairs have changed since it was fitted."""
     problem: str | None
     """Why it cannot play, or None."""
+    made_before: str | None = None
+    """What has changed in its session since, as "made before 2 takes were added"; or None."""
 
 
 @dataclass(frozen=True)

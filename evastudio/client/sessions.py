@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -15,6 +15,11 @@ from evastudio.client.reading import read
 
 Delay = float | Literal["auto", "off"]
 """Reaction delay to take out: as estimated where that helps, none, or so many seconds."""
+
+
+Verdict = Literal["keep", "delete", "missing"]
+"""What is said of a pair: it was meant, it was a mistake, or it was meant and the perception does
+not show what tells it from the others."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +72,51 @@ class Pairs:
     """Whether cleaning marked it, (pairs,)."""
     corrections: NDArray[np.bool_]
     """Whether somebody showed it who had taken over from a policy, (pairs,)."""
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """A pair that conflicts with others, or that something was said of."""
+
+    take: int
+    number: int
+    """Of the take in its session, from 1."""
+    step: int
+    seconds: float
+    """When in its take, of the moment that the action answered."""
+    says: str
+    """What is odd about it, for its demonstrator."""
+    action: Mapping[str, float]
+    """In the character's own frame; a symbol as {its name: 1}."""
+    usual: Mapping[str, float]
+    """The median of what was done in moments like it."""
+    deviation: float
+    """How far it is off, as a share of the range."""
+    limit: float
+    conflict: bool
+    """Whether it is farther off than the limit."""
+    verdict: Verdict | None
+    goes: bool
+    """Whether cleaning would leave it out."""
+
+
+@dataclass(frozen=True)
+class Conflicts:
+    """What cleaning would leave out."""
+
+    pairs: int
+    conflicts: int
+    goes: int
+    """Pairs that cleaning would leave out, what was said of single ones included."""
+    limit: float
+    """The middle of the limits."""
+    neighbors: int
+    """Moments that each pair is compared with."""
+    symbols: bool
+    stale: bool
+    """Takes were added, thrown away or brought back since the look: look again."""
+    items: Sequence[Conflict]
+    """Conflicts, and pairs that something was said of, the farthest off first."""
 
 
 class Sessions:
@@ -157,6 +207,26 @@ class Sessions:
             delay=delay,
             worst=worst,
         )
+
+    def conflicts(
+        self, session: int, *, threshold: float | Literal["auto"] = "auto", limit: int = 50
+    ) -> Conflicts:
+        """What cleaning at that threshold would leave out, by what `preview_cleaning` found last.
+
+        Raises NotFoundError where nobody has looked.
+        """
+        told = self._connection.get(
+            f"/sessions/{session}/conflicts", threshold=threshold, limit=limit
+        )
+        return read(Conflicts, told, items=[read(Conflict, one) for one in told["items"]])
+
+    def judge(self, session: int, take: int, step: int, verdict: Verdict | None) -> None:
+        """Say of a pair what cleanings to come are to make of it; None withdraws it."""
+        path = f"/sessions/{session}/verdicts/{take}/{step}"
+        if verdict is None:
+            self._connection.delete(path)
+        else:
+            self._connection.put(path, {"verdict": verdict})
 
     def undo_cleaning(self, session: int) -> Session:
         """Take the latest cleaning back."""

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from evastudio.demonstrations.records import Verdict
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError, InvalidInputError
+from evastudio.errors import ConflictError
 
 
 def mark_by_hand(store: Store, take: int, step: int, left_out: bool, now: float) -> int:
     """A cleaning that is the one in force but for one pair; its id. Undoing it brings that back.
 
-    Fitting leaves the pair out, or uses it again. Raises NotFoundError for a take that is not
-    there, InvalidInputError for a step that it has not, ConflictError for one in the trash.
+    Fitting leaves the pair out, or uses it again, and so do the cleanings to come. Raises
+    NotFoundError for a take that is not there, InvalidInputError for a step that it has not,
+    ConflictError for one in the trash.
     """
     record = store.take(take)
-    if not 0 <= step < record.pairs:
-        raise InvalidInputError(
-            f"Take {record.number} has no moment {step}; it has {record.pairs}, from 0 on."
-        )
     if record.trashed:
         raise ConflictError(f"Take {record.number} is in the trash; bring it back first.")
+    store.judge(take, step, Verdict.DELETE if left_out else Verdict.KEEP)
     session = store.session(record.session)
     marked, masks = store.marks(session.id), {}
     for kept in store.takes(session.id):
@@ -31,4 +30,5 @@ def mark_by_hand(store: Store, take: int, step: int, left_out: bool, now: float)
     masks[take][step] = left_out
     settings = {} if session.cleaning is None else dict(session.cleaning.settings)
     settings["by_hand"] = int(settings.get("by_hand", 0)) + 1
+    settings["moment"] = [take, step]
     return store.save_cleaning(session.id, settings, masks, now)

@@ -12,6 +12,7 @@ from sqlalchemy import Connection, delete, insert, select
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.records import Marks
 from evastudio.demonstrations.summaries import cleaning_query
+from evastudio.demonstrations.verdicts import write_verdict
 
 
 def write_cleaning(
@@ -46,13 +47,21 @@ def write_cleaning(
 
 
 def delete_cleaning(connection: Connection, session: int) -> bool:
-    """Delete the cleaning in force, so that the one before it is; False where there is none."""
+    """Delete the cleaning in force, so that the one before it is; False where there is none.
+
+    Where it was of a single pair, what was said of that is withdrawn too.
+    """
     locked = cleaning_query(session).with_for_update()
     cleaning = connection.execute(locked).scalar_one_or_none()
     if cleaning is None:
         return False
     connection.execute(delete(schema.marks).where(schema.marks.c.cleaning_id == cleaning))
-    connection.execute(delete(schema.cleanings).where(schema.cleanings.c.id == cleaning))
+    made = delete(schema.cleanings).where(schema.cleanings.c.id == cleaning)
+    told = connection.execute(made.returning(schema.cleanings.c.settings)).scalar_one()
+    moment = json.loads(told).get("moment")
+    if moment is not None:
+        take, step = moment
+        write_verdict(connection, take, step, None)
     return True
 
 

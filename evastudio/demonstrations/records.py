@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -132,3 +133,19 @@ class TakeData:
 
 Marks = Mapping[int, NDArray[np.bool_]]
 """For each take that a cleaning looked at: which of its pairs are conflicts."""
+
+
+class Verdict(StrEnum):
+    """What a person says of a pair that conflicts with others."""
+
+    KEEP = "keep"
+    """It was meant: no cleaning leaves it out."""
+    DELETE = "delete"
+    """It was a mistake: every cleaning leaves it out."""
+    MISSING = "missing"
+    """It was meant, and so were the others: the perception does not show what tells them apart
+    (paper 4.2). No cleaning leaves it out."""
+
+
+Verdicts = Mapping[tuple[int, int], Verdict]
+"""By take and step."""

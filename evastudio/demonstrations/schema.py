@@ -16,11 +16,11 @@ from sqlalchemy import (
     Text,
 )
 
-VERSION = 7
+VERSION = 8
 """Raised with every change of the tables; a store of a newer version is refused. 2 added the
 evaluations, 3 the studies, 4 where takes come from, what people note of them and what their
 writers call them, 5 the tokens, 6 the keys of takes that were deleted, 7 the
-answers to requests that may be repeated."""
+answers to requests that may be repeated, 8 what people say of single pairs."""
 
 metadata = MetaData()
 
@@ -104,6 +104,15 @@ marks = Table(
     Column("mask", LargeBinary, nullable=False),
 )
 """One bit for each pair of a take that a cleaning looked at."""
+
+verdicts = Table(
+    "verdicts",
+    metadata,
+    Column("take_id", ForeignKey("takes.id"), primary_key=True),
+    Column("step", Integer, primary_key=True),
+    Column("verdict", String(20), nullable=False),
+)
+"""What a person said of a pair that conflicts with others; see `Verdict`."""
 
 evaluations = Table(
     "evaluations",

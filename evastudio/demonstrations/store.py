@@ -24,13 +24,16 @@ from evastudio.demonstrations.records import (
     SessionRecord,
     TakeData,
     TakeRecord,
+    Verdict,
+    Verdicts,
 )
 from evastudio.demonstrations.summaries import (
     session_records,
     take_record,
     takes_query,
 )
-from evastudio.errors import NotFoundError
+from evastudio.demonstrations.verdicts import read_verdicts, write_verdict
+from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray
 
@@ -246,7 +249,7 @@ class Store:
                 some = ids[first : first + TOGETHER]
                 keys = select(takes.c.key).where(takes.c.id.in_(some), takes.c.key.is_not(None))
                 connection.execute(insert(schema.deleted_takes).from_select(["key"], keys))
-                for table in (schema.chunks, schema.marks):
+                for table in (schema.chunks, schema.marks, schema.verdicts):
                     connection.execute(delete(table).where(table.c.take_id.in_(some)))
                 connection.execute(delete(takes).where(takes.c.id.in_(some)))
         return len(ids)
@@ -352,6 +355,24 @@ class Store:
         """The conflicts of the cleaning in force, by take; empty where there is none."""
         with self.engine.connect() as connection:
             return read_marks(connection, session)
+
+    def judge(self, take: int, step: int, verdict: Verdict | None) -> None:
+        """Write what a person says of a pair, None to withdraw it; cleanings to come heed it.
+
+        Raises NotFoundError, and InvalidInputError for a step that the take has not.
+        """
+        record = self.take(take)
+        if not 0 <= step < record.pairs:
+            raise InvalidInputError(
+                f"Take {record.number} has no moment {step}; it has {record.pairs}, from 0 on."
+            )
+        with writing(self.engine) as connection:
+            write_verdict(connection, take, step, verdict)
+
+    def verdicts(self, session: int) -> Verdicts:
+        """What was said of the pairs of the kept takes of a session, in their order."""
+        with self.engine.connect() as connection:
+            return read_verdicts(connection, session)
 
 
 def next_number(connection: Connection, session: int) -> int:

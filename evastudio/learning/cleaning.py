@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -52,6 +52,8 @@ class Cleaning:
     """As asked for: a share of the range, or "auto"."""
     gap: int
     """Decision steps within which pairs of one take were not compared."""
+    eliminator: ConflictEliminator = field(repr=False, compare=False)
+    """As fitted, to tell what each pair was compared with."""
 
     def apply(self, pairs: Pairs) -> Pairs:
         """`pairs` without the conflicts.
@@ -126,6 +128,7 @@ def clean_pairs(
         n_neighbors=n_neighbors,
         threshold=threshold,
         gap=gap,
+        eliminator=eliminator,
     )
 
 
@@ -138,8 +141,4 @@ def explain_cleaning(
     there is no pair of such a number.
     """
     cleaning.apply(pairs)
-    span = cleaning.span if len(cleaning.span) else None
-    eliminator = ConflictEliminator(
-        cleaning.n_neighbors, cleaning.threshold, span, cleaning.gap, symbols=span is None
-    )
-    return eliminator.fit(pairs.states, pairs.actions, pairs.moments).explain(numbers)
+    return cleaning.eliminator.explain(numbers)

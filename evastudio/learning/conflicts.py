@@ -167,13 +167,11 @@ class ConflictEliminator(BaseEstimator):  # type: ignore[misc]
         check_is_fitted(self)
         chosen = np.flatnonzero(self.conflict_mask_) if pairs is None else pairs
         numbers = checked_indices(chosen, len(self.conflict_mask_))
-        neighbors = self._neighbors()[numbers]
+        neighbors = self.neighbors()[numbers]
+        span = None if self.symbols else self.range_
+        medians: AnyArray = usual_actions(self._actions[neighbors], span)
         if self.symbols:
-            codes = self._actions[neighbors, 0].astype(np.int64)
-            usual = [np.bincount(row).argmax() for row in codes]
-            medians: AnyArray = self.classes_[np.array(usual, dtype=np.int64)][:, None]
-        else:
-            medians = vector_medians(self._actions[neighbors] / self.range_) * self.range_
+            medians = self.classes_[medians.astype(np.int64)]
         return tuple(
             Conflict(
                 int(pair),
@@ -185,7 +183,12 @@ class ConflictEliminator(BaseEstimator):  # type: ignore[misc]
             for row, pair in enumerate(numbers)
         )
 
-    def _neighbors(self) -> Indices:
+    def neighbors(self) -> Indices:
+        """The pairs that each is compared with, nearest first, (pairs, l). Worked out anew."""
+        check_is_fitted(self)
+        return self._nearest()
+
+    def _nearest(self) -> Indices:
         return self._index.nearest_others(int(self.n_neighbors), self._moments, int(self.gap))
 
     def _judge_actions(self) -> None:
@@ -197,7 +200,7 @@ class ConflictEliminator(BaseEstimator):  # type: ignore[misc]
             self.limits_ = np.full(len(self.deviations_), float(self.threshold))
             return
         usual = np.empty_like(self.deviations_)
-        neighbors = self._neighbors()
+        neighbors = self._nearest()
         for at in range(0, len(usual), BLOCK):
             rows = slice(at, at + BLOCK)
             usual[rows] = np.median(self.deviations_[neighbors[rows]], axis=1)
@@ -208,7 +211,7 @@ class ConflictEliminator(BaseEstimator):  # type: ignore[misc]
 
     def _judge_symbols(self) -> None:
         codes = self._actions[:, 0].astype(np.int64)
-        neighbors = self._neighbors()
+        neighbors = self._nearest()
         alike = np.empty(len(codes))
         for at in range(0, len(codes), BLOCK):
             rows = slice(at, at + BLOCK)
@@ -232,3 +235,15 @@ class ConflictEliminator(BaseEstimator):  # type: ignore[misc]
                 "above 0, one for each component of the action."
             )
         return given
+
+
+def usual_actions(actions: Array, span: Array | None) -> Array:
+    """The vector median (rows, m) of each row's `actions` (rows, l, m), each component by `span`.
+
+    Without a span actions are codes of symbols, and it is the most frequent one.
+    """
+    if span is not None:
+        return vector_medians(actions / span) * span
+    codes = actions[:, :, 0].astype(np.int64)
+    most = [np.bincount(row).argmax() for row in codes]
+    return np.array(most, dtype=np.float64)[:, None]

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from evastudio.demonstrations.pairs import Pairs
-from evastudio.demonstrations.records import SessionRecord
+from evastudio.demonstrations.records import SessionRecord, Verdict, Verdicts
 from evastudio.demonstrations.store import Store
+from evastudio.demonstrations.verdicts import judged
 from evastudio.learning.cleaning import (
     N_NEIGHBORS,
     THRESHOLD,
     Cleaning,
     Progress,
     clean_pairs,
-    explain_cleaning,
     silent,
 )
 from evastudio.learning.delay import Asked
+from evastudio.live.conflicts import About, Conflicts
 from evastudio.live.perceiving import Seen, see_session
 from evastudio.workspace import Workspace
 
@@ -41,16 +44,19 @@ def clean(
 ) -> dict[str, Any]:
     """Mark the conflicts among the kept pairs of a session; fitting leaves them out.
 
-    They are looked for among pairs whose reaction delay has been taken out, as in `fit`.
+    They are looked for among pairs whose reaction delay has been taken out, as in `fit`. What a
+    person said of single pairs counts for more.
     """
     with Store(workspace.ready().store_url) as store:
         chosen = store.session(session)
-        seen, pairs, found, report = _found(
-            workspace, store, chosen, perception, n_neighbors, threshold, delay, progress
-        )
-        store.save_cleaning(chosen.id, report, seen.marks(pairs, found.conflicts), clock())
+        verdicts = store.verdicts(chosen.id)
+        look = _look(workspace, store, chosen, perception, n_neighbors, threshold, delay, progress)
+        marks = judged(look.seen.marks(look.pairs, look.found.conflicts), verdicts)
+        report = look.report(verdicts)
+        store.save_cleaning(chosen.id, report, marks, clock())
     progress(1.0, "Cleaned")
-    return {"session": chosen.id, "removed": report["conflicts"], **report}
+    removed = sum(int(mask.sum()) for mask in marks.values())
+    return {"session": chosen.id, "removed": removed, **report}
 
 
 def preview(
@@ -64,35 +70,85 @@ def preview(
     worst: int = WORST,
     progress: Progress = silent,
 ) -> dict[str, Any]:
-    """What `clean` would mark, and of the `worst` what they were compared with. Nothing is kept."""
+    """What `clean` would mark, and of the `worst` what they were compared with. Nothing is marked.
+
+    What was found is kept beside the store, for `find_conflicts`.
+    """
     with Store(workspace.ready().store_url) as store:
         chosen = store.session(session)
-        _, pairs, found, report = _found(
-            workspace, store, chosen, perception, n_neighbors, threshold, delay, progress
-        )
-    marked = np.flatnonzero(found.conflicts)
-    beyond = (found.deviations - found.limits)[marked]
-    first = marked[np.argsort(-beyond, kind="stable")][:worst]
+        verdicts = store.verdicts(chosen.id)
+        look = _look(workspace, store, chosen, perception, n_neighbors, "auto", delay, progress)
+        identity = store.identity
     progress(0.9, "Comparing the worst")
+    conflicts = look.conflicts(identity, chosen.id)
+    conflicts.save(workspace)
+    limits = conflicts.limits_at(threshold)
+    found = replace(
+        look.found,
+        conflicts=conflicts.marked(threshold),
+        limits=limits,
+        threshold=threshold,
+    )
+    report = replace(look, found=found).report(verdicts)
+    rows = conflicts.ordered(np.flatnonzero(found.conflicts), threshold)[:worst]
     told = [
         {
-            **_moment(pairs, one.pair),
-            "action": pairs.actions[one.pair].tolist(),
-            "median": np.asarray(one.median, dtype=np.float64).tolist(),
-            "deviation": one.deviation,
-            "limit": one.limit,
-            "neighbors": [
-                {**_moment(pairs, int(other)), "action": pairs.actions[other].tolist()}
-                for other in one.neighbors
-            ],
+            **_moment(conflicts, row),
+            "median": median.tolist(),
+            "deviation": float(conflicts.deviations[row]),
+            "limit": float(limits[row]),
+            "neighbors": [_moment(conflicts, other) for other in conflicts.neighbors[row]],
         }
-        for one in (explain_cleaning(found, pairs, first) if len(first) else ())
+        for row, median in zip(rows, conflicts.medians(rows), strict=True)
     ]
     progress(1.0, "Looked")
-    return {"session": chosen.id, "removed": report["conflicts"], **report, "worst": told}
+    removed = int(conflicts.going(threshold, verdicts).sum())
+    return {"session": chosen.id, "removed": removed, **report, "worst": told}
 
 
-def _found(
+@dataclass(frozen=True)
+class _Look:
+    """The conflicts of a session, and how they were looked for."""
+
+    seen: Seen
+    perception: str
+    pairs: Pairs
+    found: Cleaning
+    asked: Asked
+    """The delay."""
+    steps: int
+    """What it came to."""
+
+    def report(self, verdicts: Verdicts) -> dict[str, Any]:
+        """The figures, as JSON holds them; where people judged pairs themselves, how many."""
+        said = Counter(verdict is Verdict.DELETE for verdict in verdicts.values())
+        return {
+            "perception": self.perception,
+            "neighbors": self.found.n_neighbors,
+            "delay": self.asked,
+            "delay_s": self.steps * self.seen.scene.dt_s,
+            **self.found.report(),
+            **({"kept_by_hand": said[False], "deleted_by_hand": said[True]} if said else {}),
+        }
+
+    def conflicts(self, store: str, session: int) -> Conflicts:
+        """What was found, for every threshold."""
+        chosen = self.seen.scene.chosen(self.seen.perception)
+        about = About(
+            store=store,
+            session=session,
+            seen={take.take: len(take) for take in self.seen.takes},
+            perception=self.perception,
+            n_neighbors=self.found.n_neighbors,
+            delay_s=self.steps * self.seen.scene.dt_s,
+            delay_steps=self.steps,
+            span=tuple(self.found.span.tolist()),
+            names=chosen.names,
+        )
+        return Conflicts.of(about, self.pairs, self.found)
+
+
+def _look(
     workspace: Workspace,
     store: Store,
     session: SessionRecord,
@@ -101,29 +157,25 @@ def _found(
     threshold: float | str,
     delay: Asked,
     progress: Progress,
-) -> tuple[Seen, Pairs, Cleaning, dict[str, Any]]:
-    """The conflicts of a session, and the report on them."""
+) -> _Look:
     progress(0.0, "Reading the takes")
     (seen,) = see_session(workspace, store, session, [perception])
-    scene, late = seen.scene, seen.delay(delay)
-    pairs = seen.pairs(late.steps)
+    steps = seen.delay(delay).steps
+    pairs = seen.pairs(steps)
     found = clean_pairs(
         pairs,
-        scene,
+        seen.scene,
         perception,
         n_neighbors=n_neighbors,
         threshold=threshold,
         progress=lambda share, doing: progress(0.3 + 0.6 * share, doing),
     )
-    report = {
-        "perception": scene.perception(perception).name,
-        "neighbors": n_neighbors,
-        "delay": delay,
-        "delay_s": late.steps * scene.dt_s,
-        **found.report(),
+    return _Look(seen, seen.perception.name, pairs, found, delay, steps)
+
+
+def _moment(conflicts: Conflicts, row: int) -> dict[str, Any]:
+    return {
+        "take": int(conflicts.takes[row]),
+        "step": int(conflicts.steps[row]),
+        "action": conflicts.actions[row].tolist(),
     }
-    return seen, pairs, found, report
-
-
-def _moment(pairs: Pairs, number: int) -> dict[str, int]:
-    return {"take": int(pairs.takes[number]), "step": int(pairs.steps[number])}

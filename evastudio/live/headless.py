@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.demonstrations.recorder import Recorder
+from evastudio.demonstrations.records import Verdict, Verdicts
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, StorageError, not_found
 from evastudio.learning.catalog import (
@@ -193,6 +194,7 @@ def fit(
         progress(0.0, "Reading the takes")
         (seen,) = see_session(workspace, store, chosen, [perception])
         marks = store.marks(chosen.id)
+        verdicts = store.verdicts(chosen.id)
         identity = store.identity
     scene = seen.scene
     if learner != AUTO:
@@ -236,6 +238,7 @@ def fit(
             found = clean_pairs(pairs, scene, perception, threshold=tuning.chosen.threshold)
             cleaning = {"neighbors": N_NEIGHBORS, **found.report()}
     told = [finding.sentence for finding in seen.findings(pairs) if finding.found]
+    told = [*missing_words(verdicts), *told]
     begins = 0.2 if tuning is None else TUNING_SHARE
     policy = fit_policy(
         pairs,
@@ -279,6 +282,18 @@ def fit(
         "report": [late.sentence(), *told, *(() if tuning is None else tuning.sentences)],
         "bytes": path.stat().st_size,
     }
+
+
+def missing_words(verdicts: Verdicts) -> list[str]:
+    """What a report says of the pairs of which people said that something is missing."""
+    some = sum(verdict is Verdict.MISSING for verdict in verdicts.values())
+    if not some:
+        return []
+    moments = "1 moment" if some == 1 else f"{some} moments"
+    return [
+        f"Of {moments} you said that something is missing: what decided you there may not be in "
+        "what the character sees. Fit with another perception, or add what is missing to one."
+    ]
 
 
 def _unless_auto(delay: Asked) -> Asked | None:

@@ -11,6 +11,8 @@ from evastudio.demonstrations.records import RECORDED, Origin, TakeRecord
 from evastudio.demonstrations.store import Store
 from evastudio.demonstrations.trimming import keep_last
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
+from evastudio.live.comparing import sketch_of
+from evastudio.live.conflicts import find_conflicts
 from evastudio.live.headless import make_scene
 from evastudio.live.pulse import PATIENCE_S
 from evastudio.live.pushing import Push
@@ -41,6 +43,26 @@ class LookingBack:
         reel, seed = (stage.present.reel, None) if take is None else self._reel(take)
         at = _steps(at_s, reel.scene)
         self._live.pulse.call(lambda: stage.review(reel, at, time.monotonic(), seed))
+
+    def compare(self, take: int, step: int) -> None:
+        """Look at a recorded pair beside what was done in moments like it; see `find_conflicts`.
+
+        The moment is the one that the action answered; where each action leads is drawn over it.
+        Raises NotFoundError where nobody has looked for conflicts, or not there.
+        """
+        self._live.begin_again()
+        stage, session = self._stage, self._store.session(self._store.take(take).session)
+        found = find_conflicts(self._workspace, self._store.identity, session)
+        row = found.row(take, step)
+        reel, seed = self._reel(take)
+        at = step - found.about.delay_steps
+        lines = sketch_of(found, row, reel, at)
+
+        def show() -> None:
+            stage.review(reel, float(at), time.monotonic(), seed)
+            stage.sketch(lines)
+
+        self._live.pulse.call(show)
 
     def leave(self) -> None:
         """See `Stage.leave`."""

@@ -20,6 +20,8 @@ AHEAD_S = 1.0
 """For how long an action is followed that is shown as a way to go."""
 FAMILIAR, UNSURE, STRANGE = (70, 225, 190), (255, 205, 80), (255, 60, 110)
 """Colours, told apart by people who see few."""
+HEAD = 0.12
+"""Length of the head of an arrow, as a share of the arrow."""
 PLAIN = (150, 160, 185)
 """Where no familiarity is known."""
 STEERED = (110, 190, 255)
@@ -76,7 +78,7 @@ class Led:
 def ways(
     scene: Scene, moment: Snapshot, actions: Array, colors: NDArray[np.uint8]
 ) -> tuple[Line, ...]:
-    """Where the lead of `moment` gets when it does each of `actions` (k, m) for a while.
+    """Where the lead of `moment` gets when it does each of `actions` (k, m) for a while: arrows.
 
     `colors` (k, 3) is that of each way; the others rest.
     """
@@ -87,14 +89,31 @@ def ways(
         places.append(places_of(scene, worlds))
     together = np.stack(places, axis=1)
     return tuple(
-        Line(
-            f"way {number}",
-            way.astype(np.float32),
-            np.tile(color, (len(way), 1)),
-            pixels=4.0,
-        )
+        _arrow(f"way {number}", way, color)
         for number, (way, color) in enumerate(zip(together, colors, strict=True))
     )
+
+
+def _arrow(name: str, way: Array, color: NDArray[np.uint8]) -> Line:
+    points = _pointed(way)
+    return Line(name, points, np.tile(color, (len(points), 1)), pixels=4.0)
+
+
+def _pointed(way: Array) -> NDArray[np.float32]:
+    """`way` (n, 3) with the head of an arrow at its end, level with the ground where it is not
+    steep; as it is where it leads nowhere."""
+    length = float(np.linalg.norm(np.diff(way, axis=0), axis=1).sum())
+    last = way[-1] - way[-2]
+    if length < 1e-6 or not last.any():
+        return way.astype(np.float32)
+    ahead = last / np.linalg.norm(last)
+    across = np.cross(ahead, (0.0, 0.0, 1.0))
+    if not across.any():
+        across = np.array([1.0, 0.0, 0.0])
+    across /= np.linalg.norm(across)
+    size = HEAD * length
+    barbs = [way[-1] - size * (ahead + side * 0.5 * across) for side in (1.0, -1.0)]
+    return np.array([*way, barbs[0], way[-1], barbs[1]], dtype=np.float32)
 
 
 def _color(familiarity: float | None) -> tuple[int, int, int]:

@@ -58,6 +58,7 @@ class Stage:
         self._fresh = True
         self._review: Review | None = None
         self._left: Left | None = None
+        self._sketch: tuple[int, tuple[Line, ...]] | None = None
         self._next_frame = now
         self._countdown_ends = now
         self._before_pause = Phase.READY
@@ -222,6 +223,11 @@ class Stage:
         self._enter(left.run)
         self._actors = left.actors
         self.mode, self.phase, self._before_pause = left.mode, left.phase, left.before_pause
+        self._next_frame = 0.0
+
+    def sketch(self, lines: tuple[Line, ...]) -> None:
+        """Draw `lines` over the moment that one looks at, for as long as one looks at it."""
+        self._sketch = self.run.steps, lines
         self._next_frame = 0.0
 
     @property
@@ -464,6 +470,7 @@ class Stage:
         self._fresh = True
         self._chose = None
         self.pushed = False
+        self._sketch = None
 
     def _rest(self) -> None:
         self.phase, self.mode = Phase.READY, None
@@ -528,10 +535,12 @@ class Stage:
 
     def _lines(self) -> tuple[Line, ...]:
         """The way it came, while it plays and looking back at it; and where it holds still, the
-        ways that the decision there came from."""
+        ways that the decision there came from, or what is drawn over it."""
         if self.phase is not Phase.REVIEWING and self.mode not in (Mode.PLAY, Mode.CORRECT):
             return ()
         trail = self._trail.drawn(self.run)
+        if self._sketch is not None and self._sketch[0] == self.run.steps:
+            return (trail, *self._sketch[1])
         still = self.phase is Phase.PAUSED and self.mode is Mode.PLAY
         return (trail, *self._led.drawn(self.run)) if still or self._review else (trail,)
 

@@ -96,8 +96,31 @@ export const api = {
   trash: (take) => ask("POST", `/takes/${take}/trash`),
   /** @param {number} take @returns {Promise<Take>} */
   restore: (take) => ask("POST", `/takes/${take}/restore`),
-  /** @param {number} session @returns {Promise<Job>} */
-  clean: (session) => ask("POST", `/sessions/${session}/clean`, {}),
+  /** @param {number} session @param {object} settings @returns {Promise<Job>} */
+  clean: (session, settings) => ask("POST", `/sessions/${session}/clean`, settings),
+  /** Look for conflicts. @param {number} session @param {number} neighbors @returns {Promise<Job>} */
+  look: (session, neighbors) =>
+    ask("POST", `/sessions/${session}/clean/preview`, { n_neighbors: neighbors, worst: 0 }),
+  /**
+   * What would go at that threshold, by the latest look.
+   * @param {number} session
+   * @param {number | "auto"} threshold
+   * @param {number} limit
+   * @returns {Promise<import("./types.js").Conflicts>}
+   */
+  conflicts: (session, threshold, limit) =>
+    ask("GET", `/sessions/${session}/conflicts?threshold=${threshold}&limit=${limit}`),
+  /**
+   * @param {number} session
+   * @param {number} take
+   * @param {number} step
+   * @param {import("./types.js").Verdict} verdict
+   * @returns {Promise<object>}
+   */
+  judge: (session, take, step, verdict) =>
+    ask("PUT", `/sessions/${session}/verdicts/${take}/${step}`, { verdict }),
+  /** @param {number} session @param {number} take @param {number} step @returns {Promise<null>} */
+  withdraw: (session, take, step) => ask("DELETE", `/sessions/${session}/verdicts/${take}/${step}`),
   /** @param {number} session @returns {Promise<Session>} */
   unclean: (session) => ask("DELETE", `/sessions/${session}/clean`),
   /** @param {number} session @param {string | null} learner the one that suits the scene, if null @returns {Promise<Job>} */

@@ -2,6 +2,7 @@
 
 import { api } from "./api.js";
 import { clips } from "./clips.js";
+import { conflicts } from "./conflicts.js";
 import { decisions } from "./decisions.js";
 import { byId } from "./dom.js";
 import { hud } from "./hud.js";
@@ -46,6 +47,7 @@ const store = new Store({
   options: {},
   jobs: [],
   status: null,
+  conflict: null,
   connected: false,
 });
 const view = byId("view", HTMLIFrameElement);
@@ -182,7 +184,7 @@ function command(name) {
   if (missing) notify(missing);
   else if (name === "restart-same") link.command("restart", { same: true });
   else if (name === "keep-last") keepLast(keptSeconds());
-  else if (!lookBack(name)) link.command(name);
+  else if (!lookBack(name) && !review.does(name)) link.command(name);
 }
 /** @param {number} seconds */
 function keepLast(seconds) {
@@ -196,6 +198,10 @@ const lookBack = timeline(store, {
   command: (name, more) => link.command(name, more),
   strip: () => (link.stage ? api.strip(link.stage.id) : Promise.reject(new Error("No stage."))),
   notify,
+});
+const review = conflicts(store, {
+  compare: (take, step) => link.command("compare", { take, step }),
+  look: async (id, neighbors) => onJob(await api.look(id, neighbors)),
 });
 const pointer = new Pointer(view);
 const keys = new Keys(
@@ -230,7 +236,7 @@ steps(store, {
     link.command("demonstrate", { options, others });
     focusView();
   },
-  clean: () => onSession(async (id) => onJob(await api.clean(id))),
+  clean: () => onSession(async (id) => onJob(await api.clean(id, review.settings()))),
   fit: () =>
     onSession(async (id) => {
       const { scene, learner } = store.state;

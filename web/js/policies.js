@@ -1,14 +1,14 @@
 /** Which policy plays, and how the next one is fitted. */
 
-import { byId, fill } from "./dom.js";
+import { byId, fill, make, say } from "./dom.js";
 
 /** @typedef {import("./types.js").Policy} Policy */
 
 /** @param {Policy} policy */
-function text({ name, shipped, stale, problem }) {
+function text({ name, shipped, made_before, problem }) {
   const marks = [];
   if (problem) marks.push("cannot play");
-  else if (stale) marks.push("out of date");
+  else if (made_before) marks.push(made_before);
   if (shipped) marks.push("comes with the studio");
   return marks.length ? `${name} (${marks.join(", ")})` : name;
 }
@@ -23,7 +23,13 @@ export function policies(store) {
       store.set({ learner: value });
     });
   }
+  const note = make("p", { class: "made-before", role: "status" });
+  byId("phase", HTMLElement).after(note);
   store.watch((state, before) => {
+    const { status } = state;
+    const playing = status?.mode === "play" ? status.policy : null;
+    const played = state.policies.find(({ name }) => name === playing);
+    say(note, played?.made_before ?? "");
     byId("learner", HTMLFieldSetElement).hidden = !!state.scene?.symbols.length;
     if (state.policies === before.policies && state.policy === before.policy && choice.length) return;
     const known = state.policies.map((one) => ({ value: one.name, text: text(one) }));

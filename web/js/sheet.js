@@ -60,7 +60,7 @@ function tips(groups) {
  * @param {Group[]} groups
  */
 export function pageKeys(groups) {
-  const still = { status: null, scene: null };
+  const still = { status: null, scene: null, conflict: null };
   const nothing = () => {};
   return new Keys(
     (event, onControl) => meaningOf(groups, still, event, onControl),

@@ -6,7 +6,7 @@
  * that needs no key is covered by `WITHOUT`, which says why.
  */
 
-/** @typedef {Pick<import("./types.js").State, "status" | "scene">} State */
+/** @typedef {Pick<import("./types.js").State, "status" | "scene" | "conflict">} State */
 
 /**
  * `keys` as KeyboardEvent.code, or a sign that is typed; with Shift+ or Ctrl+ before it.
@@ -27,6 +27,8 @@ const running = ({ status }) => ["countdown", "recording", "playing"].includes(s
 const paused = ({ status }) => status?.phase === "paused";
 /** @param {State} state */
 const reviewing = ({ status }) => status?.mode === "review";
+/** @param {State} state */
+const comparing = (state) => reviewing(state) && state.conflict !== null;
 /** @param {State} state */
 const going = ({ status }) => status !== null && status.mode !== null && status.mode !== "review";
 /** @param {State} state */
@@ -99,6 +101,17 @@ export const STUDIO = [
     ],
   },
   {
+    title: "A contradiction that is looked at",
+    shortcuts: [
+      { keys: ["ArrowUp"], does: "conflict-before", words: "the one before", repeats: true, when: comparing },
+      { keys: ["ArrowDown"], does: "conflict-after", words: "the next one", repeats: true, when: comparing },
+      { keys: ["KeyK", "Enter"], does: "conflict-keep", words: "keep it", on: "[data-verdict=keep]", when: comparing },
+      { keys: ["Delete"], does: "conflict-delete", words: "delete it", on: "[data-verdict=delete]", when: comparing },
+      { keys: ["KeyM"], does: "conflict-missing", words: "something is missing here",
+        on: "[data-verdict=missing]", when: comparing },
+    ],
+  },
+  {
     title: "Looking back",
     shortcuts: [
       { keys: ["ArrowLeft"], does: "step-back", words: "a moment back", repeats: true, when: reviewing },
@@ -130,6 +143,9 @@ export const STUDIO = [
       { keys: ["Shift+KeyT"], does: "takes", words: "the takes", on: "#takes-box > summary", press: true },
       { keys: ["Shift+KeyO"], does: "world", words: "more of the world", on: "#options summary", press: true },
       { keys: ["Shift+KeyM"], does: "movement", words: "movement", on: "#movement > summary", press: true },
+      { keys: ["KeyX"], does: "conflicts", words: "what cleaning takes out, and why", on: "#conflicts-summary", press: true },
+      { keys: ["Shift+KeyA"], does: "threshold-auto", words: "how far is too far, by itself", on: "#threshold-auto", press: true },
+      { keys: ["Shift+KeyF"], does: "fit-more", words: "all that fitting found", on: "#fit-more > summary", press: true },
       { keys: ["Shift+KeyU"], does: "unclean", words: "take the cleaning back", on: "#unclean", press: true },
       { keys: ["Shift+KeyX"], does: "switch", words: "switch between two", on: "#switch-box > summary", press: true },
       { keys: ["Shift+KeyC"], does: "compare", words: "compare policies", on: ".onward", press: true },

@@ -1,6 +1,6 @@
 /** The buttons of the four steps: what is possible, what is not and why, and what comes next. */
 
-import { bar, byId, say } from "./dom.js";
+import { bar, byId, make, say } from "./dom.js";
 import { needs, nextStep, policy, session } from "./needs.js";
 import { notify } from "./notices.js";
 import { LEARNERS, count, plural } from "./words.js";
@@ -55,8 +55,14 @@ export function steps(store, act) {
     const learner = state.scene?.symbols.length ? "voting" : state.learner;
     say(fit, missing.fit ?? LEARNERS[learner]);
     const shown = policy(state);
-    const report = (shown?.switches.length ? [] : (shown?.report ?? [])).slice(0, REPORTED).join(" ");
-    say(byId("fit-report", HTMLElement), report);
+    const report = shown?.switches.length ? [] : (shown?.report ?? []);
+    say(byId("fit-report", HTMLElement), report.slice(0, REPORTED).join(" "));
+    byId("fit-more", HTMLElement).hidden = report.length <= REPORTED;
+    const all = byId("fit-all", HTMLElement);
+    if (all.dataset.key !== JSON.stringify(report)) {
+      all.dataset.key = JSON.stringify(report);
+      all.replaceChildren(...report.map((sentence) => make("li", {}, sentence)));
+    }
     say(play, missing.play ?? playWords(state));
     play.classList.toggle("warn", !!policy(state)?.problem || !!policy(state)?.stale);
   });
@@ -93,7 +99,7 @@ function cleanWords(state) {
 function playWords(state) {
   const chosen = policy(state);
   if (!chosen) return "";
-  if (chosen.stale) return "Your takes have changed since this was fitted: fit again to use them.";
+  if (chosen.made_before) return `It was ${chosen.made_before}. Fit again to use what is there now.`;
   if (chosen.switches.length) return chosen.report.join(" ");
   const from = chosen.session ? ` from “${chosen.session}”` : "";
   return `Learned from ${plural(chosen.pairs ?? 0, "pair")}${from}.`;

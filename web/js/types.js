@@ -25,7 +25,13 @@
  * @typedef {{kind: string, says: string}} Remark
  * @typedef {{name: string, scene: string, learner: string, pairs: number, session: string | null,
  *   created: string | null, shipped: boolean, stale: boolean, problem: string | null,
- *   report: string[], switches: string[]}} Policy
+ *   report: string[], switches: string[], made_before: string | null}} Policy
+ * @typedef {"keep" | "delete" | "missing"} Verdict
+ * @typedef {{take: number, number: number, step: number, seconds: number, says: string,
+ *   deviation: number, limit: number, conflict: boolean, verdict: Verdict | null,
+ *   goes: boolean}} Conflict
+ * @typedef {{pairs: number, conflicts: number, goes: number, limit: number, neighbors: number,
+ *   symbols: boolean, stale: boolean, items: Conflict[]}} Conflicts
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled"} JobState
  * @typedef {{id: number, kind: string, session: number | null, state: JobState, progress: number,
  *   message: string, result: Record<string, any> | null, error: string | null}} Job
@@ -80,6 +86,7 @@
  * @property {Record<string, number>} options for the next world
  * @property {Job[]} jobs that wait or run
  * @property {Status | null} status
+ * @property {{take: number, step: number} | null} conflict the one that is looked at
  * @property {boolean} connected
  */
 export {};

@@ -55,5 +55,7 @@ class PolicyOut(BaseModel):
     shipped: bool
     stale: bool
     """The session's pairs have changed since it was fitted."""
+    made_before: str | None
+    """What has changed, as "made before 2 takes were added"; None where nothing has."""
     problem: str | None
     """Why it cannot play, or None."""

@@ -62,6 +62,7 @@ class CommandIn(Given):
         "hand-back",
         "keep-last",
         "review",
+        "compare",
         "leave",
         "seek",
         "roll",
@@ -80,7 +81,8 @@ class CommandIn(Given):
     """The take to look back at, where none is named the run on the stage; or the one to keep the
     end of, where none is named the last."""
     step: Annotated[int, Field(ge=0)] = 0
-    """The moment of the take that is to be left out, or to be pushed on from."""
+    """The moment of the take that is to be left out, compared with moments like it, or pushed on
+    from."""
     push: PushIn | None = None
     """What is held from there on before the person goes on."""
     pushes: bool = False

@@ -1,0 +1,118 @@
+"""The review of conflicts, in real Chromium: seen, judged, cleaned, taken back; then fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from playwright.sync_api import Page, expect
+
+from evastudio.demonstrations.records import Verdict
+from evastudio.demonstrations.store import Store
+from evastudio.live import headless
+from evastudio.live.picture import Picture
+from evastudio.live.weighing import weigh
+from tests.browser.acting import FRAMES, camera, moment, phase
+
+if TYPE_CHECKING:
+    from conftest import Open, Running
+
+
+def test_what_would_go_is_looked_at_judged_and_taken_back(
+    page: Page,
+    run_studio: Callable[[], Running],
+    open_page: Callable[[Running], Open],
+    pictures: Path,
+) -> None:
+    studio = run_studio()
+    headless.record(studio.workspace, "asteroids", "scripted:human", 1.0, 4, session="Shown")
+    page.set_viewport_size({"width": 1180, "height": 720})
+    opened = open_page(studio)
+    stage = opened.stage
+    store = Store(studio.workspace.store_url)
+    session = store.session("Shown")
+    expect(page.locator("#pairs-kept")).to_have_text("900")
+
+    # One look, then any threshold at once, as the store has it.
+    page.keyboard.press("x")
+    says, rows = page.locator("#conflicts-says"), page.locator("#conflicts > li")
+    expect(says).to_contain_text("would go")
+    told = weigh(studio.workspace, store, session)
+    expect(says).to_contain_text(f"{told.goes} of 900 pairs")
+    expect(rows).to_have_count(told.conflicts)
+    expect(rows.first).to_have_attribute("data-step", str(told.items[0].step))
+    page.locator("#threshold").focus()
+    page.keyboard.press("Home")
+    expect(page.locator("#threshold-says")).to_have_text("2.0 % off")
+    strict = weigh(studio.workspace, store, session, 0.02)
+    assert strict.goes > told.goes
+    expect(says).to_contain_text(f"{strict.goes} of 900 pairs")
+    page.locator("#threshold-auto").click()
+    expect(rows).to_have_count(told.conflicts)
+
+    # Each is seen in the scene, with where its neighbours' actions lead.
+    first, second, third, *_ = told.items
+    shown: list[Picture] = []
+    stage.watch(shown.append)
+    rows.first.locator(".conflict").click()
+    phase(page, "reviewing")
+    moment(page, stage, first.seconds)
+    camera(studio, opened.view, near=stage.scene.camera(stage.snapshot).position)
+    ways = [line for line in shown[-1].lines if line.name.startswith("way")]
+    assert len(ways) == told.neighbors + 1
+    expect(rows.first.locator(".verdicts")).to_be_visible()
+    page.evaluate(FRAMES, 20)
+    page.screenshot(path=pictures / "conflicts.png")
+
+    # Judged by keys, one after the other.
+    page.keyboard.press("Enter")
+    moment(page, stage, second.seconds)
+    page.keyboard.press("m")
+    moment(page, stage, third.seconds)
+    page.keyboard.press("Delete")
+    expect(rows.nth(2)).to_have_attribute("data-verdict", "delete")
+    expect(rows.first).to_have_attribute("data-verdict", "keep")
+    expect(rows.first.locator(".said")).to_have_text("kept")
+    said = {
+        (first.take, first.step): Verdict.KEEP,
+        (second.take, second.step): Verdict.MISSING,
+        (third.take, third.step): Verdict.DELETE,
+    }
+    assert store.verdicts(session.id) == said
+    expect(says).to_contain_text(f"{told.goes - 2} of 900 pairs")
+    page.keyboard.press("Escape")
+    phase(page, "ready")
+
+    # Cleaned as it was said, and taken back.
+    page.locator("#clean").click()
+    expect(page.locator("#clean-says")).to_contain_text(f"{told.goes - 2} of 900 pairs taken out")
+    marks = store.marks(session.id)
+    assert not marks[first.take][first.step]
+    assert marks[third.take][third.step]
+    page.locator("#unclean").click()
+    expect(page.locator("#unclean")).to_be_hidden()
+    assert store.marks(session.id) == {}
+
+    # Fitting can be ended, and tells what was said to be missing.
+    job = page.locator(".job[data-kind=fit]")
+    page.locator("#learner label", has_text="Choose for me").click()
+    page.locator("#fit").click()
+    expect(job.locator("progress")).to_be_visible()
+    job.get_by_text("Cancel").click()
+    expect(job).to_be_hidden()
+    assert list(studio.workspace.policies.glob("*.safetensors")) == []
+    page.locator("#learner label", has_text="Exact").click()
+    page.locator("#fit").click()
+    expect(page.locator("#fit-report")).to_contain_text("you said that something is missing")
+
+    # What was made of other takes says so, in the list and where it plays.
+    page.locator("#takes-box summary").click()
+    page.locator("#takes [data-does=trash]").first.click()
+    words = "made before 1 take was thrown away"
+    expect(page.locator("#policy option:checked")).to_contain_text(words)
+    expect(page.locator("#play-says")).to_contain_text(words)
+    page.locator("#play").click()
+    phase(page, "playing")
+    expect(page.locator(".made-before")).to_have_text(words)
+    store.close()

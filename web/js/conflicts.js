@@ -1,0 +1,276 @@
+/** The review of conflicts: what cleaning would leave out, and why, before it does. */
+
+import { Refusal, api } from "./api.js";
+import { byId, make, say } from "./dom.js";
+import { jobOf, needs } from "./needs.js";
+import { attempt } from "./notices.js";
+import { count, plural } from "./words.js";
+
+/** @typedef {import("./types.js").Conflict} Conflict */
+/** @typedef {import("./types.js").Conflicts} Conflicts */
+/** @typedef {import("./types.js").Verdict} Verdict */
+
+/** So many are listed, the farthest off first. */
+const SHOWN = 100;
+/** What the slider reaches, as shares of the range, and how finely. */
+const LEAST = 0.02;
+const MOST = 1.5;
+const NOTCHES = 100;
+/** Moments that each is compared with, unless another number is chosen. */
+const NEIGHBORS = 25;
+
+/** @type {[Verdict, string, string][]} what it is, in words, what it does */
+const VERDICTS = [
+  ["keep", "Keep", "It was meant: cleaning leaves it in"],
+  ["delete", "Delete", "It was a mistake: cleaning takes it out"],
+  ["missing", "Something is missing here",
+    "Both were right: what told them apart is not in what the character sees"],
+];
+/** @type {Record<Verdict, string>} */
+const SAID = { keep: "kept", delete: "deleted", missing: "something is missing" };
+
+/** @param {{take: number, step: number}} one */
+const keyOf = ({ take, step }) => `${take}.${step}`;
+
+/**
+ * @param {import("./store.js").Store} store
+ * @param {{compare: (take: number, step: number) => void,
+ *   look: (session: number, neighbors: number) => Promise<void>}} act
+ */
+export function conflicts(store, act) {
+  const box = byId("conflicts-box", HTMLDetailsElement);
+  const slider = byId("threshold", HTMLInputElement);
+  const auto = byId("threshold-auto", HTMLButtonElement);
+  const compared = byId("compared-with", HTMLSelectElement);
+  const list = byId("conflicts", HTMLOListElement);
+  /** @type {number | "auto"} */
+  let threshold = "auto";
+  /** @type {Conflicts | null} */
+  let found = null;
+  /** What is read, and looked for: a session as it was. */
+  let looked = "";
+  let reading = false;
+  let again = false;
+  /** @type {Map<string, Row>} */
+  const rows = new Map();
+
+  const chosen = () => store.state.conflict;
+  const session = () => store.state.session;
+
+  /** Read what would go now; where several are wanted at once, the last. */
+  async function read() {
+    const id = session();
+    if (!box.open || id === null) return;
+    if (reading) {
+      again = true;
+      return;
+    }
+    reading = true;
+    try {
+      const told = await api.conflicts(id, threshold, SHOWN);
+      if (id === session()) found = told;
+      if (told.stale) look();
+    } catch (error) {
+      found = null;
+      if (error instanceof Refusal && error.status === 404) look();
+      else throw error;
+    } finally {
+      reading = false;
+      tell();
+      if (again) {
+        again = false;
+        attempt(read);
+      }
+    }
+  }
+
+  /** Have every moment compared with its like, once for each state of the session. */
+  function look() {
+    const { session: id, status } = store.state;
+    const key = `${id}|${status?.takes_kept}|${status?.pairs_kept}|${compared.value}`;
+    if (id === null || looked === key || jobOf(store.state, "preview")) return;
+    if (needs(store.state).clean !== null) return;
+    looked = key;
+    attempt(() => act.look(id, Number(compared.value)));
+  }
+
+  /** @param {Conflict} one @param {Verdict} verdict */
+  async function judge(one, verdict) {
+    const id = session();
+    if (id === null) return;
+    if (one.verdict === verdict) await api.withdraw(id, one.take, one.step);
+    else await api.judge(id, one.take, one.step, verdict);
+    await read();
+  }
+
+  /** @param {Conflict} one */
+  function choose(one) {
+    store.set({ conflict: { take: one.take, step: one.step } });
+    act.compare(one.take, one.step);
+    tell();
+    rows.get(keyOf(one))?.element.scrollIntoView({ block: "nearest" });
+  }
+
+  /** @param {number} by */
+  function move(by) {
+    const items = found?.items ?? [];
+    const now = chosen();
+    const at = items.findIndex((one) => now && keyOf(one) === keyOf(now));
+    const next = items[Math.min(Math.max(at + by, 0), items.length - 1)];
+    if (next) choose(next);
+  }
+
+  function tell() {
+    byId("conflicts-found", HTMLElement).hidden = found === null;
+    if (found === null) return;
+    const { pairs, goes, symbols, limit, items } = found;
+    const share = pairs ? Math.max(Math.round((100 * goes) / pairs), goes ? 1 : 0) : 0;
+    const left = items.length < found.conflicts ? ` The farthest off ${count(items.length)}:` : "";
+    const none = "Nothing would go: in moments alike you did alike.";
+    const some = `${count(goes)} of ${plural(pairs, "pair")} would go (${share} %).${left}`;
+    say(byId("conflicts-says", HTMLElement), goes || items.length ? some : none);
+    if (threshold === "auto") slider.value = String(notchOf(limit, symbols));
+    const off = `${percent(threshold === "auto" ? limit : threshold)} off`;
+    say(byId("threshold-says", HTMLElement), threshold === "auto" ? `about ${off}` : off);
+    slider.setAttribute("aria-valuetext", `${off}, ${count(goes)} would go`);
+    auto.setAttribute("aria-pressed", String(threshold === "auto"));
+
+    const focused = document.activeElement;
+    const keys = items.map(keyOf);
+    for (const key of rows.keys()) if (!keys.includes(key)) rows.delete(key);
+    const elements = items.map((one) => {
+      const row = rows.get(keyOf(one)) ?? new Row(choose, (it, verdict) => attempt(() => judge(it, verdict)));
+      rows.set(keyOf(one), row);
+      const now = chosen();
+      row.show(one, now !== null && keyOf(now) === keyOf(one), found?.neighbors ?? 0);
+      return row.element;
+    });
+    if (elements.some((element, at) => list.children[at] !== element) || list.children.length !== keys.length) {
+      list.replaceChildren(...elements);
+      if (focused instanceof HTMLElement && list.contains(focused)) focused.focus();
+    }
+  }
+
+  box.addEventListener("toggle", () => attempt(read));
+  slider.addEventListener("input", () => {
+    threshold = thresholdOf(slider.valueAsNumber, found?.symbols ?? false);
+    attempt(read);
+  });
+  auto.addEventListener("click", () => {
+    threshold = "auto";
+    attempt(read);
+  });
+  compared.addEventListener("change", () => look());
+
+  store.watch((state, before) => {
+    if (state === before) return;
+    if (state.session !== before.session) found = null;
+    const ended = ["preview", "clean"].some((kind) => jobOf(before, kind) && !jobOf(state, kind));
+    const counted = state.status?.pairs_kept !== before.status?.pairs_kept;
+    if (state.session !== before.session || ended || counted) attempt(read);
+    const now = state.conflict;
+    const away = state.status?.mode !== "review" || state.status.take !== now?.take;
+    if (now && away && state.status !== before.status && before.status?.take === now.take) {
+      store.set({ conflict: null });
+      tell();
+    }
+  });
+
+  /** @type {Record<string, () => void>} */
+  const does = {
+    "conflict-before": () => move(-1),
+    "conflict-after": () => move(1),
+  };
+  for (const [verdict] of VERDICTS) {
+    does[`conflict-${verdict}`] = () =>
+      attempt(async () => {
+        const now = chosen();
+        const one = found?.items.find((item) => now && keyOf(item) === keyOf(now));
+        if (!one) return;
+        await judge(one, verdict);
+        if (one.verdict !== verdict) move(1);
+      });
+  }
+
+  return {
+    /** Do what a key stands for; whether that is known here. @param {string} name */
+    does: (name) => {
+      const known = does[name];
+      known?.();
+      return known !== undefined;
+    },
+    /** How to clean, where that was chosen here. */
+    settings: () => ({
+      ...(threshold === "auto" ? {} : { threshold }),
+      ...(Number(compared.value) === NEIGHBORS ? {} : { n_neighbors: Number(compared.value) }),
+    }),
+  };
+}
+
+/** One conflict in the list. */
+class Row {
+  /**
+   * @param {(one: Conflict) => void} choose
+   * @param {(one: Conflict, verdict: Verdict) => void} judge
+   */
+  constructor(choose, judge) {
+    /** @type {Conflict | null} */
+    this.one = null;
+    this.where = make("span", { class: "where" });
+    this.off = make("span", { class: "off" });
+    this.bar = make("progress", { max: "1", "aria-hidden": "true" });
+    this.says = make("span", { class: "why" });
+    this.said = make("span", { class: "said" });
+    this.look = make("button", { type: "button", class: "conflict", title: "Look at this moment" });
+    this.look.append(this.where, this.off, this.bar, this.says, this.said);
+    this.look.addEventListener("click", () => this.one && choose(this.one));
+    this.buttons = VERDICTS.map(([verdict, words, title]) => {
+      const button = make("button", { type: "button", "data-verdict": verdict, title });
+      button.append(words);
+      button.addEventListener("click", () => this.one && judge(this.one, verdict));
+      return button;
+    });
+    this.others = make("span", { class: "others" });
+    const ways = make("p", { class: "ways" }, make("span", { class: "own" }, "what you did"), this.others);
+    this.more = make("div", { class: "verdicts", role: "group", "aria-label": "What to do with it" });
+    this.more.append(ways, ...this.buttons);
+    this.element = make("li", {}, this.look, this.more);
+  }
+
+  /** @param {Conflict} one @param {boolean} shown @param {number} neighbors */
+  show(one, shown, neighbors) {
+    this.one = one;
+    this.element.dataset.take = String(one.take);
+    this.element.dataset.step = String(one.step);
+    this.element.dataset.verdict = one.verdict ?? "";
+    this.element.classList.toggle("goes", one.goes);
+    this.element.classList.toggle("shown", shown);
+    this.look.setAttribute("aria-current", String(shown));
+    say(this.where, `Take ${one.number} at ${one.seconds.toFixed(1)} s`);
+    say(this.off, `${percent(one.deviation)} off`);
+    this.bar.value = Math.min(one.deviation, 1);
+    say(this.says, one.says);
+    say(this.said, one.verdict ? SAID[one.verdict] : one.goes ? "" : "stays");
+    say(this.others, `in ${count(neighbors)} moments like it`);
+    this.more.hidden = !shown;
+    for (const button of this.buttons) {
+      button.setAttribute("aria-pressed", String(button.dataset.verdict === one.verdict));
+    }
+  }
+}
+
+/** @param {number} share */
+const percent = (share) => `${share < 0.1 ? (100 * share).toFixed(1) : Math.round(100 * share)} %`;
+
+/** The threshold at a notch of the slider. @param {number} notch @param {boolean} symbols */
+function thresholdOf(notch, symbols) {
+  const share = notch / NOTCHES;
+  const value = symbols ? LEAST + share * (1 - LEAST) : LEAST * (MOST / LEAST) ** share;
+  return Number(value.toPrecision(2));
+}
+
+/** The notch nearest to a threshold. @param {number} limit @param {boolean} symbols */
+function notchOf(limit, symbols) {
+  const share = symbols ? (limit - LEAST) / (1 - LEAST) : Math.log(limit / LEAST) / Math.log(MOST / LEAST);
+  return Math.round(Math.min(Math.max(share, 0), 1) * NOTCHES);
+}
