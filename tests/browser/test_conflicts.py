@@ -114,5 +114,5 @@ def test_what_would_go_is_looked_at_judged_and_taken_back(
     expect(page.locator("#play-says")).to_contain_text(words)
     page.locator("#play").click()
     phase(page, "playing")
-    expect(page.locator(".made-before")).to_have_text(words)
+    expect(page.locator("#made-before")).to_have_text(words)
     store.close()

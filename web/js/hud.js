@@ -22,7 +22,8 @@ export function hud(store, { acts }) {
   const named = Object.values(numbers).map((number) =>
     make("div", {}, make("dt", {}, number.id.replace("-", " ")), number),
   );
-  byId("hud", HTMLElement).append(phase, make("dl", { class: "numbers" }, ...named));
+  const before = make("p", { id: "made-before", class: "made-before", role: "status" });
+  byId("hud", HTMLElement).append(phase, before, make("dl", { class: "numbers" }, ...named));
 
   const countdown = make("p", { id: "countdown", class: "countdown", "aria-hidden": "true" });
   const outcome = make("p", { id: "outcome", class: "outcome", ...polite });
@@ -37,12 +38,14 @@ export function hud(store, { acts }) {
   const progress = byId("progress", HTMLProgressElement);
   const late = byId("late", HTMLElement);
 
-  store.watch(({ status, takes }) => {
+  store.watch(({ status, takes, policies }) => {
     if (status === null) return;
     phase.dataset.phase = status.phase;
     phase.dataset.mode = status.mode ?? "";
     const looked = takes?.find(({ id }) => id === status.take);
     say(phase, phaseWords(status, looked?.number));
+    const played = status.mode === "play" ? policies?.find(({ name }) => name === status.policy) : null;
+    say(before, played?.made_before ?? "");
     say(numbers.pairs, count(status.pairs));
     say(numbers.seconds, status.seconds.toFixed(1));
     say(numbers.takes, count(status.takes_kept));

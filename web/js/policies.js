@@ -1,6 +1,6 @@
 /** Which policy plays, and how the next one is fitted. */
 
-import { byId, fill, make, say } from "./dom.js";
+import { byId, fill } from "./dom.js";
 
 /** @typedef {import("./types.js").Policy} Policy */
 
@@ -23,13 +23,7 @@ export function policies(store) {
       store.set({ learner: value });
     });
   }
-  const note = make("p", { class: "made-before", role: "status" });
-  byId("phase", HTMLElement).after(note);
   store.watch((state, before) => {
-    const { status } = state;
-    const playing = status?.mode === "play" ? status.policy : null;
-    const played = state.policies.find(({ name }) => name === playing);
-    say(note, played?.made_before ?? "");
     byId("learner", HTMLFieldSetElement).hidden = !!state.scene?.symbols.length;
     if (state.policies === before.policies && state.policy === before.policy && choice.length) return;
     const known = state.policies.map((one) => ({ value: one.name, text: text(one) }));
