@@ -95,7 +95,8 @@ soak: $(VENV)/.dev
 # The screenshots in the docs, made by the browser tests.
 pictures: $(VENV)/.dev chromium
 	EVASTUDIO_PICTURES=docs/images $(BIN)/python -m pytest tests/browser/test_flight.py \
-	  tests/browser/test_crowd.py tests/browser/test_comparing.py tests/browser/test_takes.py
+	  tests/browser/test_crowd.py tests/browser/test_comparing.py tests/browser/test_takes.py \
+	  tests/browser/test_tour.py
 
 # The newest versions that go together, into constraints.txt.
 lock:

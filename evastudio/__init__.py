@@ -1,9 +1,9 @@
 """EVA Studio: policies for virtual characters, learned from demonstrations.
 
 The same functions as the command line: `record`, `import_walks`, `sessions`, `clean`, `diagnose`,
-`tune`, `fit`, `search`, `evaluate`, `evaluations`, `repeat_evaluation`, `scenes`, `backup`,
-`restore`, `check`; each but `check` takes a `Workspace` first. Importing the package registers
-every shipped scene with Gymnasium: `gymnasium.make("evastudio/Asteroids-v0")`.
+`tune`, `fit`, `search`, `evaluate`, `evaluations`, `repeat_evaluation`, `studies`, `scenes`,
+`backup`, `restore`, `check`; each but `check` takes a `Workspace` first. Importing the package
+registers every shipped scene with Gymnasium: `gymnasium.make("evastudio/Asteroids-v0")`.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from evastudio.live.importing import import_walks
     from evastudio.live.reproducing import paper
     from evastudio.live.searching import search
+    from evastudio.live.studying import studies
     from evastudio.live.switching import switch
     from evastudio.live.tuning import tune
     from evastudio.workspace import Workspace
@@ -51,6 +52,7 @@ _FROM = {
     "restore": "evastudio.live.backups",
     "search": "evastudio.live.searching",
     "sessions": "evastudio.live.headless",
+    "studies": "evastudio.live.studying",
     "switch": "evastudio.live.switching",
     "tune": "evastudio.live.tuning",
 }
@@ -74,6 +76,7 @@ __all__ = [
     "scenes",
     "search",
     "sessions",
+    "studies",
     "switch",
     "tune",
 ]

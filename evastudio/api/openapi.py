@@ -26,6 +26,7 @@ TAGS = {
     "takes": "Demonstrations: made by a program, thrown away, brought back, read.",
     "policies": "What was fitted or written: taken, put, asked what it would do and why.",
     "evaluations": "Pilots compared on the same worlds.",
+    "studies": "What people needed and preferred, where they agreed that it is kept.",
     "making": "Sessions and policies made with nobody at the keys.",
     "access": "Who one is here.",
     "pilots": "Who can act in a scene.",

@@ -1,4 +1,4 @@
-"""The command that measures the paper's tables here."""
+"""The commands that measure the paper's tables here."""
 
 from __future__ import annotations
 
@@ -46,3 +46,18 @@ def paper(
         show(result, True)
     else:
         print((out / "paper.md").read_text(encoding="utf-8"))
+
+
+@app.command()
+def studies(
+    forget: Annotated[int | None, typer.Option(help="Delete the study of this id.")] = None,
+    workspace: WorkspaceOption = HERE,
+    store: StoreOption = None,
+    json_output: JsonFlag = False,
+) -> None:
+    """List how long people were taught and demonstrated, who agreed that it is kept."""
+    from evastudio.live import studying
+
+    found = studying.studies(Workspace(workspace, store), forget=forget)
+    columns = ("id", "scene", "person", "instructed_s", "demonstrated_s", "preferred")
+    show(found, json_output, columns)

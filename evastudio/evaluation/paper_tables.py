@@ -149,13 +149,18 @@ def table_three(studies: Sequence[Study]) -> list[str]:
     for one in studies:
         taught = None if one.instructed_s is None else one.instructed_s / MINUTE
         lines.append(
-            f"| here | {one.scene} | {one.person} | {_minutes(taught)} "
+            f"| here | {one.scene} | {_cell(one.person)} | {_minutes(taught)} "
             f"| {_minutes(one.demonstrated_s / MINUTE)} | {one.preferred or ''} |"
         )
     lines += ["", "In the paper all preferred their own policies to traditional ones."]
     if not studies:
         lines.append("No study is stored yet.")
     return lines
+
+
+def _cell(text: str) -> str:
+    """What somebody wrote, as it stands in one cell of a table."""
+    return text.replace("|", "\\|")
 
 
 def to_markdown(found: Measured, studies: Sequence[Study], made: str) -> str:

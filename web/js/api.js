@@ -169,6 +169,12 @@ export const api = {
     ask("POST", "/stages", session === null ? { scene, options } : { scene, options, session }),
   /** @returns {Promise<Stage[]>} */
   stages: () => every("/stages"),
+  /** @param {{session: number, person: string, instructed_s: number}} told @returns {Promise<{id: number}>} */
+  keepStudy: (told) => ask("POST", "/studies", told),
+  /** @param {number} study @param {{session: number, person: string, instructed_s: number}} told */
+  replaceStudy: (study, told) => ask("PUT", `/studies/${study}`, told),
+  /** @param {number} study */
+  forgetStudy: (study) => ask("DELETE", `/studies/${study}`),
   /** @returns {Promise<{name: string, role: "author" | "viewer"}>} */
   me: () => ask("GET", "/me"),
   /** @param {string} stage @returns {Promise<import("./types.js").Strip>} */

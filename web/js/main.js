@@ -28,6 +28,7 @@ import { switches } from "./switches.js";
 import { SOME, takes } from "./takes.js";
 import { timeline } from "./timeline.js";
 import { tools } from "./tools.js";
+import { tour } from "./tour.js";
 import { plural } from "./words.js";
 
 /** @typedef {import("./types.js").Job} Job */
@@ -183,6 +184,7 @@ function command(name) {
   const missing = name === "another" ? notNow(store.state, name) : null;
   if (missing) notify(missing);
   else if (name === "restart-same") link.command("restart", { same: true });
+  else if (name === "tour") guide.toggle();
   else if (name === "keep-last") keepLast(keptSeconds());
   else if (!lookBack(name) && !review.does(name)) link.command(name);
 }
@@ -208,6 +210,7 @@ const keys = new Keys(
   (event, onControl) => meaningOf(STUDIO, store.state, event, onControl),
   (held, timeMs) => {
     showHeld(held);
+    guide.steers(held);
     link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence, for_ms: held.length ? GOOD_MS : null });
   },
   command,
@@ -300,6 +303,7 @@ others(store);
 clips(store);
 jobs(store);
 hud(store, { acts: true });
+const guide = tour(store);
 decisions(store);
 keyHelp(store, (name) => {
   command(name);

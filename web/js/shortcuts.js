@@ -139,6 +139,7 @@ export const STUDIO = [
   {
     title: "The panel",
     shortcuts: [
+      { keys: ["KeyH"], does: "tour", words: "the tour, and out of it", on: "#tour-end" },
       { keys: ["Shift+KeyN"], does: "new-session", words: "a new session", on: "#new-session", press: true },
       { keys: ["Shift+KeyT"], does: "takes", words: "the takes", on: "#takes-box > summary", press: true },
       { keys: ["Shift+KeyO"], does: "world", words: "more of the world", on: "#options summary", press: true },
@@ -186,6 +187,7 @@ export const WITHOUT = [
   ["form button[type=submit]", "Forms", "Enter in a field sends them, Esc closes them"],
   ["#speeds button", "Speeds", "the keys for slower and faster choose the next one"],
   [".notice button", "Notices", "close with their cross or by themselves"],
+  ["#tour button", "The tour", "Tab leads through its card, Esc closes it"],
   [".job button", "Work under way", "is ended with the button beside it"],
   ["iframe", "The 3D view", "drag turns the camera, W A S D move it while nothing runs"],
 ];
