@@ -19,6 +19,7 @@ from evastudio.api.connections import Connections
 from evastudio.api.door import Door
 from evastudio.api.people import Credential, People, Person
 from evastudio.api.problems import problem_response
+from evastudio.api.refusal import told_to_people
 from evastudio.api.rights import READING, REFUSAL, SOCKET, may
 from evastudio.api.throttle import Throttle
 from evastudio.errors import StudioError
@@ -57,7 +58,7 @@ class Guard:
             return
         headers = Headers(scope=scope)
         websocket = scope["type"] == "websocket"
-        sending = send if websocket else _hardened(scope, send)
+        sending = send if websocket else _hardened(scope, told_to_people(scope, send))
         found = await self._admitted(scope, headers, websocket)
         if isinstance(found, Person):
             scope.setdefault("state", {})["person"] = found
