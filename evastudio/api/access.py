@@ -19,7 +19,7 @@ from evastudio.api.connections import Connections
 from evastudio.api.door import Door
 from evastudio.api.people import Credential, People, Person
 from evastudio.api.problems import problem_response
-from evastudio.api.refusal import told_to_people
+from evastudio.api.refusal import FOR_PROGRAMS, told_to_people
 from evastudio.api.rights import READING, REFUSAL, SOCKET, may
 from evastudio.api.throttle import Throttle
 from evastudio.errors import StudioError
@@ -112,7 +112,7 @@ class Guard:
                 401,
                 "No access",
                 "Open the address that the studio printed when it started; it carries the access "
-                "token. Programs send it as 'Authorization: Bearer TOKEN'.",
+                f"token.{FOR_PROGRAMS}",
             )
         if not isinstance(person, Person):
             return person

@@ -27,6 +27,8 @@ POLICY = (
     f"default-src 'none'; style-src 'sha256-{_DIGEST}'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'self'"
 )
+FOR_PROGRAMS = " Programs send it as 'Authorization: Bearer TOKEN'."
+"""What a person need not read."""
 NO_ACCESS = 401
 
 
@@ -64,7 +66,8 @@ def told_to_people(scope: Scope, send: Send) -> Send:
 
 def _page(problem: dict[str, object]) -> bytes:
     """What a person reads; only who is let in is led on."""
-    title, detail = (html.escape(str(problem[name])) for name in ("title", "detail"))
+    told = str(problem["detail"]).removesuffix(FOR_PROGRAMS)
+    title, detail = html.escape(str(problem["title"])), html.escape(told)
     onward = "" if problem["status"] == NO_ACCESS else '<p><a href="/">To the studio</a></p>'
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'

@@ -100,13 +100,13 @@ function list(store, pilots) {
           const others = store.state.chosen.filter((one) => one !== name);
           store.set({ chosen: box.checked ? [...others, name] : others });
         });
-        return make("label", {}, box, name);
+        return make("label", { title: `Compare ${name}` }, box, name);
       });
     if (boxes.length === 0) return "";
     const group = make("fieldset", {}, make("legend", {}, title), ...boxes);
     if (kind !== "program") return group;
     group.firstElementChild?.classList.add("unseen");
-    return make("details", {}, make("summary", {}, title), group);
+    return make("details", {}, make("summary", { title: "Pilots that are written, not learned" }, title), group);
   });
   byId("pilots", HTMLElement).replaceChildren(...groups.filter((group) => group !== ""));
 }

@@ -111,7 +111,7 @@ export function clips(store) {
 function row(activity, told, choose) {
   const id = `clip-${activity.name}`;
   const chosen = activity.file === null ? "" : `${activity.file}/${activity.clip}`;
-  const select = make("select", { id }, make("option", { value: "" }, "As it comes"));
+  const select = make("select", { id, title: "The clip for this" }, make("option", { value: "" }, "As it comes"));
   const likely = (/** @type {string} */ clip) => Number(LIKELY[activity.name]?.test(clip) ?? false);
   for (const { name, clips: held } of told.files) {
     if (!held.length) continue;

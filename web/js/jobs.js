@@ -16,7 +16,7 @@ export function jobs(store) {
     const box = /** @type {HTMLElement} */ (element);
     const kind = box.dataset.kind ?? "";
     const message = make("span", { role: "status" });
-    const cancel = make("button", { type: "button", class: "quiet" }, "Cancel");
+    const cancel = make("button", { type: "button", class: "quiet", title: "End this work" }, "Cancel");
     const bar = make("progress", { max: "1", "aria-label": "Progress" });
     box.append(message, cancel, bar);
     cancel.addEventListener("click", () =>

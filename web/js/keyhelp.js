@@ -86,7 +86,8 @@ export function keyHelp(store, command) {
 
 /** Of how many seconds a take's end is kept. */
 function ends() {
-  const select = make("select", { "aria-label": "How much of the end is kept" });
+  const words = "How much of the end is kept";
+  const select = make("select", { "aria-label": words, title: words });
   for (const seconds of ENDS) {
     const option = make("option", { value: String(seconds) }, `${seconds} s`);
     option.selected = seconds === keptSeconds();

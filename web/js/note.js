@@ -18,10 +18,11 @@ export function noteForm(body, take, reload) {
     rows: "2",
     maxlength: "2000",
     "aria-label": `Note of take ${take.number}`,
+    title: "Enter keeps it, Escape leaves it as it was",
     placeholder: "What to remember of it",
   });
   text.value = take.note;
-  const save = make("button", { type: "submit" }, "Keep note");
+  const save = make("button", { type: "submit", title: "Keep it (Enter)" }, "Keep note");
   const form = make("form", { class: "note-form" }, text, save);
   const back = () => {
     form.remove();

@@ -12,7 +12,7 @@ const MOST = 4;
 export function notify(text, level = "info") {
   withdraw(text);
   const list = byId("notice", HTMLElement);
-  const close = make("button", { type: "button", "aria-label": "Close this notice" }, "×");
+  const close = make("button", { type: "button", "aria-label": "Close this notice", title: "Close" }, "×");
   const notice = make("div", { class: `notice ${level}` }, make("p", { class: "grow" }, text), close);
   if (level === "error") notice.setAttribute("role", "alert");
   close.addEventListener("click", () => notice.remove());

@@ -42,8 +42,8 @@ function tips(groups) {
   const rows = groups.flatMap(({ shortcuts }) => shortcuts);
   const all = () => {
     for (const row of rows) {
-      const selector = row.on ?? `[data-does="${row.does}"]`;
-      for (const control of document.querySelectorAll(selector)) {
+      const selectors = [row.on, `[data-does="${row.does}"]`].filter(Boolean).join();
+      for (const control of document.querySelectorAll(selectors)) {
         mark(/** @type {HTMLElement} */ (control), row);
       }
     }

@@ -11,7 +11,8 @@
 /**
  * `keys` as KeyboardEvent.code, or a sign that is typed; with Shift+ or Ctrl+ before it.
  * `does` is the name that `main.js` is given, unless `press`: then the control is pressed.
- * `on` says which controls do the same, by a selector; `repeats` while the key is held.
+ * `on` says which controls do the same, by a selector, beside those whose `data-does` is the same;
+ * `repeats` while the key is held.
  *
  * @typedef {{keys: string[], does: string, words: string, on?: string, press?: boolean,
  *   repeats?: boolean, when?: (state: State) => boolean}} Shortcut
@@ -142,6 +143,7 @@ export const STUDIO = [
       { keys: ["KeyH"], does: "tour", words: "the tour, and out of it", on: "#tour-end" },
       { keys: ["Shift+KeyN"], does: "new-session", words: "a new session", on: "#new-session", press: true },
       { keys: ["Shift+KeyT"], does: "takes", words: "the takes", on: "#takes-box > summary", press: true },
+      { keys: ["Shift+KeyE"], does: "earlier", words: "earlier takes", on: "#takes-more", press: true },
       { keys: ["Shift+KeyO"], does: "world", words: "more of the world", on: "#options summary", press: true },
       { keys: ["Shift+KeyM"], does: "movement", words: "movement", on: "#movement > summary", press: true },
       { keys: ["KeyX"], does: "conflicts", words: "what cleaning takes out, and why", on: "#conflicts-summary", press: true },
@@ -174,6 +176,8 @@ export const COMPARING = [
       { keys: ["KeyE"], does: "evaluate", words: "evaluate", on: "#evaluate", press: true },
       { keys: ["KeyA"], does: "again", words: "make it again", on: "#again", press: true },
       { keys: ["KeyM"], does: "more", words: "more to choose", on: "#asking > details > summary", press: true },
+      { keys: ["KeyP"], does: "programs", words: "programs", on: "#pilots summary", press: true },
+      { keys: ["Shift+KeyO"], does: "world", words: "more of the world", on: "#options summary", press: true },
       { keys: ["Shift+KeyS"], does: "studio", words: "to the studio", on: ".onward", press: true },
     ],
   },
@@ -183,12 +187,13 @@ export const COMPARING = [
 /** Controls that need no key of their own: [which, why, as the sheet says it]. */
 export const WITHOUT = [
   ["select, textarea, input", "Fields and lists", "take what is typed: Tab leads to them, arrows choose"],
-  ["li button, li a, li summary, legend *", "Rows of a list", "Tab goes through them, Enter presses"],
+  ["ul button, ul a, ul summary, figcaption a", "Rows of a list", "Tab goes through them, Enter presses"],
   ["form button[type=submit]", "Forms", "Enter in a field sends them, Esc closes them"],
   ["#speeds button", "Speeds", "the keys for slower and faster choose the next one"],
   [".notice button", "Notices", "close with their cross or by themselves"],
   ["#tour button", "The tour", "Tab leads through its card, Esc closes it"],
   [".job button", "Work under way", "is ended with the button beside it"],
+  ["dialog button", "Dialogs", "Esc closes them"],
   ["iframe", "The 3D view", "drag turns the camera, W A S D move it while nothing runs"],
 ];
 

@@ -155,13 +155,14 @@ function row(take, { scene, remarks, shown }, act) {
     make(
       "div",
       { class: "take-does" },
-      button("Note", `of take ${take.number}`, "note", () =>
+      button("Note", `of take ${take.number}`, "note", "What to remember of it", () =>
         noteForm(body, take, act.reload),
       ),
       button(
         take.trashed ? "Bring back" : "Throw away",
         `take ${take.number}`,
         "trash",
+        take.trashed ? "Out of the trash" : "Into the trash; it can be brought back",
         () =>
           attempt(async () => {
             await (take.trashed ? api.restore(take.id) : api.trash(take.id));
@@ -178,11 +179,16 @@ function row(take, { scene, remarks, shown }, act) {
  * @param {string} words
  * @param {string} of what it is about, for who hears the page
  * @param {string} does
+ * @param {string} title
  * @param {() => void} work
  */
-function button(words, of, does, work) {
-  const attributes = { type: "button", class: "quiet", "data-does": does, "aria-label": `${words} ${of}` };
-  const made = make("button", attributes, words);
+function button(words, of, does, title, work) {
+  const label = `${words} ${of}`;
+  const made = make(
+    "button",
+    { type: "button", class: "quiet", "data-does": does, "aria-label": label, title },
+    words,
+  );
   made.addEventListener("click", work);
   return made;
 }
