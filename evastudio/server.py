@@ -95,6 +95,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
         with ThreadPoolExecutor(1, "closing") as closing:
             await loop.run_in_executor(closing, context.stages.close_all)
             views.close_all()
+            await loop.run_in_executor(closing, context.lineups.close_all)
             await loop.run_in_executor(closing, context.worlds.close_all)
             await loop.run_in_executor(closing, context.jobs.close)
             if compiler is not None:
@@ -124,10 +125,15 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     async def compare_page() -> Response:
         return FileResponse(web / "compare.html")
 
+    @app.get("/vote", include_in_schema=False)
+    async def vote_page() -> Response:
+        return FileResponse(web / "vote.html")
+
     @app.get("/view/{stage}/", include_in_schema=False)
     @app.get("/view/{stage}/{scheme}/", include_in_schema=False)
     async def view_page(stage: str, request: Request, scheme: Scheme | None = None) -> Response:
-        request.app.state.context.stages.get(stage)
+        if request.app.state.context.lineups.column(stage) is None:
+            request.app.state.context.stages.get(stage)
         client = client_page(scheme)
         headers = {"ETag": client.etag, "Cache-Control": "no-cache", "Vary": "Accept-Encoding"}
         if request.headers.get("if-none-match") == client.etag:
@@ -144,8 +150,15 @@ def create_app(settings: Settings, port: int) -> FastAPI:
     async def view_socket(
         websocket: WebSocket, stage: str, visitor: Visitor, scheme: Scheme | None = None
     ) -> None:
+        context: Context = websocket.app.state.context
+        column = context.lineups.column(stage)
+        if column is not None:
+            opened, shown = column
+            heard = opened.owner == visitor.voter
+            await views.handle(shown, websocket, heard=heard, scheme=scheme)
+            return
         try:
-            found = websocket.app.state.context.stages.get(stage)
+            found = context.stages.get(stage)
         except NotFoundError:
             await websocket.close(4404, "There is no such stage; load the page again.")
             return

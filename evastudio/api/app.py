@@ -6,11 +6,13 @@ from fastapi import Depends, FastAPI
 
 from evastudio.api import (
     asking,
+    ballots,
     clips,
     conflicts,
     evaluations,
     failures,
     jobs,
+    lineups,
     making,
     me,
     pairs,
@@ -47,6 +49,8 @@ ROOMS = (
     evaluations,
     failures,
     studies,
+    lineups,
+    ballots,
     clips,
     jobs,
     stages,

@@ -14,6 +14,7 @@ from evastudio.api.attendance import Attendance
 from evastudio.api.job_feed import JobFeed
 from evastudio.demonstrations.store import Store
 from evastudio.live.jobs import Job, Jobs
+from evastudio.live.lineups import Lineups
 from evastudio.live.reviewing import Reviewing
 from evastudio.live.shelf import Shelf
 from evastudio.live.stages import Stages
@@ -38,6 +39,7 @@ class Context:
     shelf: Shelf = field(init=False)
     """The policies, as a program asks them."""
     worlds: Worlds = field(init=False)
+    lineups: Lineups = field(init=False)
     reviewing: Reviewing = field(init=False)
     job_feed: JobFeed = field(init=False)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
@@ -45,6 +47,7 @@ class Context:
     def __post_init__(self) -> None:
         self.shelf = Shelf(self.workspace)
         self.worlds = Worlds(self.workspace, self.store)
+        self.lineups = Lineups(self.workspace, self.store)
         self.reviewing = Reviewing(self.workspace, self.store)
         self.job_feed = JobFeed(self.jobs.all)
         self.job_listeners.add(self.job_feed.tell)

@@ -27,6 +27,8 @@ TAGS = {
     "policies": "What was fitted or written: taken, put, asked what it would do and why.",
     "evaluations": "Pilots compared on the same worlds.",
     "studies": "What people needed and preferred, where they agreed that it is kept.",
+    "lineups": "Runs of one world side by side, on one timeline.",
+    "ballots": "Two runs without names: which is livelier?",
     "making": "Sessions and policies made with nobody at the keys.",
     "access": "Who one is here.",
     "pilots": "Who can act in a scene.",

@@ -26,6 +26,11 @@ class Person:
     token: int | None
     """Id of the named token; None for that of this run."""
 
+    @property
+    def voter(self) -> str:
+        """Who it is among those who vote and compare: whose token, or nobody by name."""
+        return "" if self.token is None else self.name
+
 
 @dataclass(frozen=True)
 class Credential:

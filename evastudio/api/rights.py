@@ -12,6 +12,11 @@ SOCKET = "websocket"
 VIEWERS_MAY: tuple[tuple[str, str], ...] = (
     ("POST", "/api/v1/policies/{name}/decide"),
     ("POST", "/api/v1/policies/{name}/explain"),
+    ("POST", "/api/v1/lineups"),
+    ("POST", "/api/v1/lineups/{lineup}/commands"),
+    ("DELETE", "/api/v1/lineups/{lineup}"),
+    ("POST", "/api/v1/ballots/{ballot}/showings"),
+    ("POST", "/api/v1/ballots/{ballot}/votes"),
     (SOCKET, "/view/{stage}"),
     (SOCKET, "/view/{stage}/"),
     (SOCKET, "/view/{stage}/{scheme}"),
@@ -19,7 +24,8 @@ VIEWERS_MAY: tuple[tuple[str, str], ...] = (
     (SOCKET, "/api/v1/stages/{stage}/socket"),
 )
 """Method, or SOCKET, and path as the route has it, of everything else that a viewer may do: watch
-what an author does on a stage, ask a policy. Their handlers take in nothing that changes anything.
+what an author does on a stage, ask a policy, look at lineups of their own, and vote. Their handlers
+take in nothing that changes anything else.
 """
 REFUSAL = (
     "You came in as a viewer, who may watch and read here but change nothing. Ask whoever runs "

@@ -16,11 +16,12 @@ from sqlalchemy import (
     Text,
 )
 
-VERSION = 8
+VERSION = 9
 """Raised with every change of the tables; a store of a newer version is refused. 2 added the
 evaluations, 3 the studies, 4 where takes come from, what people note of them and what their
 writers call them, 5 the tokens, 6 the keys of takes that were deleted, 7 the
-answers to requests that may be repeated, 8 what people say of single pairs."""
+answers to requests that may be repeated, 8 what people say of single pairs, 9 the ballots and
+their votes."""
 
 metadata = MetaData()
 
@@ -166,3 +167,29 @@ answers = Table(
 )
 """What was answered to a request with an idempotency key, for a day; no status while it is not
 answered yet. `key` is the SHA-256 of whose it is and the key, `digest` that of the request."""
+
+ballots = Table(
+    "ballots",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("scene", String(200), nullable=False, index=True),
+    Column("created_at", Float, nullable=False),
+    Column("asked", Text, nullable=False),
+    Column("secret", String(64), nullable=False),
+)
+"""`asked` is JSON, who is to be chosen between and in which worlds; `secret` decides in which order
+the two are shown, and stays here."""
+
+votes = Table(
+    "votes",
+    metadata,
+    Column("ballot_id", ForeignKey("ballots.id"), primary_key=True),
+    Column("voter", String(80), primary_key=True),
+    Column("number", Integer, primary_key=True),
+    Column("created_at", Float, nullable=False),
+    Column("on_left", Integer, nullable=False),
+    Column("chosen", Integer),
+)
+"""`voter` is whose token it was, empty for that of the run; `number` which of their votes, and of
+the ballot's worlds. `on_left` is which of the two pilots stood left, `chosen` which was preferred,
+none where they saw no difference."""

@@ -11,22 +11,15 @@ import numpy as np
 
 from evastudio.evaluation.interval import Interval, mean_interval
 from evastudio.evaluation.paper import ASTAR, COMPACT, KNN, SVM, Measured
+from evastudio.evaluation.preferences import Preference
 from evastudio.evaluation.studies import Study
+from evastudio.evaluation.table_three import table_three
 from evastudio.pilots.astar import AStarPilot
 from evastudio.pilots.table import table_bytes
 
 MINUTE, HOUR, WEEK = 60.0, 3600.0, 7 * 24 * 3600.0
 DIMENSIONS, DIVISIONS, ACTIONS = 9, 10, 9
 """Of the paper's table for reinforcement learning; it does not say how many actions."""
-PAPER_STUDIES = (
-    ("Space ship", "Author", None, 7.0),
-    ("Space ship", "Artist", 3.0, 9.5),
-    ("Space ship", "Game player", 1.0, 8.5),
-    ("Crowd", "Author", None, 12.0),
-    ("Crowd", "Designer", 4.0, 13.0),
-    ("Crowd", "Student", 3.0, 13.5),
-)
-"""Its table 3: test bed, user, minutes of instruction and of demonstration."""
 UNITS: Mapping[str, Sequence[tuple[float, str]]] = {
     "s": (
         (24 * HOUR, "days"),
@@ -135,35 +128,9 @@ def table_two(found: Measured) -> list[Row]:
     return rows
 
 
-def table_three(studies: Sequence[Study]) -> list[str]:
-    """The paper's table 3 and every study stored, in Markdown."""
-    rows = [(*row, "") for row in PAPER_STUDIES]
-    lines = [
-        "| | test bed | user | instruction | demonstration | preferred |",
-        "|---|---|---|---:|---:|---|",
-        *(
-            f"| the paper | {bed} | {user} | {_minutes(taught)} | {_minutes(shown)} | {said} |"
-            for bed, user, taught, shown, said in rows
-        ),
-    ]
-    for one in studies:
-        taught = None if one.instructed_s is None else one.instructed_s / MINUTE
-        lines.append(
-            f"| here | {one.scene} | {_cell(one.person)} | {_minutes(taught)} "
-            f"| {_minutes(one.demonstrated_s / MINUTE)} | {one.preferred or ''} |"
-        )
-    lines += ["", "In the paper all preferred their own policies to traditional ones."]
-    if not studies:
-        lines.append("No study is stored yet.")
-    return lines
-
-
-def _cell(text: str) -> str:
-    """What somebody wrote, as it stands in one cell of a table."""
-    return text.replace("|", "\\|")
-
-
-def to_markdown(found: Measured, studies: Sequence[Study], made: str) -> str:
+def to_markdown(
+    found: Measured, studies: Sequence[Study], preferences: Sequence[Preference], made: str
+) -> str:
     """All three tables, with the settings that they were made by; `made` says where and when."""
     extent = found.extent
     settings = "; ".join(
@@ -216,13 +183,15 @@ def to_markdown(found: Measured, studies: Sequence[Study], made: str) -> str:
             "",
             "## Table 3: people",
             "",
-            *table_three(studies),
+            *table_three(studies, preferences),
             "",
         ]
     )
 
 
-def to_json(found: Measured, studies: Sequence[Study]) -> dict[str, Any]:
+def to_json(
+    found: Measured, studies: Sequence[Study], preferences: Sequence[Preference]
+) -> dict[str, Any]:
     """The same as JSON holds it, with every pilot's figures by density."""
     return {
         "tables": {
@@ -230,6 +199,9 @@ def to_json(found: Measured, studies: Sequence[Study]) -> dict[str, Any]:
             "2": [asdict(row) for row in table_two(found)],
             "3": [asdict(one) for one in studies],
         },
+        "preferences": [
+            {**asdict(one), "share": one.share, "interval": one.interval} for one in preferences
+        ],
         "extent": asdict(found.extent),
         "demonstrator": "scripted:human",
         "settings": {name: dict(own) for name, own in found.settings.items()},
@@ -323,7 +295,3 @@ def _table(rows: Sequence[Row]) -> list[str]:
         lines.append(f"| {group} | {row.what} | {paper} | {here} | {row.note} |")
         before = row.group
     return lines
-
-
-def _minutes(value: float | None) -> str:
-    return "" if value is None else f"{value:g} min"

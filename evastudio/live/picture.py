@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 from evastudio.world.bodies import Camera, Line
+from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
 
 
@@ -23,3 +25,18 @@ class Picture:
 
 
 Show = Callable[[Picture], None]
+
+
+class Shown(Protocol):
+    """What can be looked at: a stage, or a column of a lineup."""
+
+    name: str
+
+    @property
+    def scene(self) -> Scene: ...
+
+    def watch(self, show: Show) -> None:
+        """Call `show` with what to draw, until `unwatch`; the present frame is drawn at once."""
+
+    def unwatch(self, show: Show) -> None:
+        """Call `show` no more; does not wait."""

@@ -18,10 +18,9 @@ from evastudio.learning.catalog import (
 )
 from evastudio.learning.policy_files import SUFFIX, load_policy
 from evastudio.learning.switch import Switch, load_switch
-from evastudio.pilots.astar import AStarPilot
 from evastudio.pilots.guard import GUARDED, GuardedPilot
 from evastudio.pilots.policy import PolicyPilot
-from evastudio.pilots.scripted import find_pilot, is_program, pilot_names
+from evastudio.pilots.scripted import find_pilot, is_program, pilot_names, suits
 from evastudio.pilots.switchboard import Switchboard
 from evastudio.workspace import Workspace
 from evastudio.world.rollout import Pilot
@@ -56,10 +55,7 @@ def pilots_for(workspace: Workspace, scene: Scene) -> list[PilotEntry]:
         mine = entry.path.parent.resolve() == workspace.policies.resolve()
         entries.append(PilotEntry(name, "own" if mine else "shipped"))
     entries.sort(key=lambda entry: (entry.kind != "own", entry.name))
-    wanting = type(scene).intention is not Scene.intention
-    programs = [name for name in pilot_names() if wanting or not name.startswith("scripted:")]
-    if type(scene).course is Scene.course:
-        programs.remove(AStarPilot.name)
+    programs = [name for name in pilot_names() if suits(name, scene)]
     return [*entries, *(PilotEntry(name, "program") for name in programs)]
 
 

@@ -17,6 +17,7 @@ from evastudio.evaluation import paper_tables
 from evastudio.evaluation import pictures as drawing
 from evastudio.evaluation.cluster import on_cluster
 from evastudio.evaluation.paper import DEMONSTRATOR, PERCEPTION, QUICK, Extent, Measured, measure
+from evastudio.evaluation.preferences import preferences
 from evastudio.evaluation.studies import studies
 from evastudio.evaluation.versions import processor, versions
 from evastudio.learning.cleaning import Progress, silent
@@ -52,15 +53,15 @@ def paper(
 
     It gets `paper.md`, `paper.json` and pictures. `extent` says how much is measured, else
     `quick` chooses the one of a few minutes. The demonstrator is a program. The scene is the
-    shipped one; of `workspace` only the studies stored are read, for table 3. The fields are
-    flown in `jobs` processes, or on the Dask cluster at the address `cluster`; outcomes are the
+    shipped one; of `workspace` only the studies and votes stored are read, for table 3. The fields
+    are flown in `jobs` processes, or on the Dask cluster at the address `cluster`; outcomes are the
     same, times are those of the machines that did the work. Raises ConflictError without the
     extra `pictures`, or where CMA-ES is asked for without `pegasus`.
     """
     drawing.ready()
     chosen = extent or (QUICK if quick else Extent())
     with Store(workspace.ready().store_url) as store:
-        people = studies(store)
+        people, liked = studies(store), preferences(store)
     ensure_compiled()  # no time may depend on what was compiled before
     with tempfile.TemporaryDirectory() as folder, on_cluster(cluster) as everywhere:
         own = Workspace(Path(folder))
@@ -81,13 +82,13 @@ def paper(
         "date": f"{datetime.fromtimestamp(clock(), UTC):%Y-%m-%d}",
         "machine": processor(),
         "versions": versions(),
-        **paper_tables.to_json(found, people),
+        **paper_tables.to_json(found, people, liked),
     }
     made = (
         f"{told['machine']}, {told['date']}, Python {platform.python_version()}, evastudio "
         f"{versions()['evastudio']}; `evastudio paper{' --quick' if chosen == QUICK else ''}`."
     )
-    text = paper_tables.to_markdown(found, people, made)
+    text = paper_tables.to_markdown(found, people, liked, made)
     figures = draw(scenes[chosen.at], found)
     text += "".join(f"\n![{name.replace('-', ' ')}]({name}.svg)\n" for name in figures)
     files = [

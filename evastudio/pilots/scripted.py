@@ -187,6 +187,15 @@ def is_program(name: str) -> bool:
     return name in PROGRAMS or name.startswith("scripted:")
 
 
+def suits(name: str, scene: Scene) -> bool:
+    """Whether the program `name` has something to do with `scene`: it plans through its course,
+    or its traits are such as the scene's intentions have."""
+    if name == AStarPilot.name:
+        return type(scene).course is not Scene.course
+    style = STYLES.get(name.removeprefix("scripted:"))
+    return style is None or style.suit(scene)
+
+
 def find_pilot(name: str, **traits: Any) -> Pilot:
     """The pilot of that name, with `traits` (fields of `Traits`) changed where it is scripted.
 

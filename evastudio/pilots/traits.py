@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 from evastudio.errors import InvalidInputError
+from evastudio.world.scene import Scene
+from evastudio.world.spaces import Box
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,14 @@ class Traits:
                 raise InvalidInputError(
                     f"Trait {name!r} is {getattr(self, name)}; it is a share, from 0 to 1."
                 )
+
+    def suit(self, scene: Scene) -> bool:
+        """Whether `scene` has intentions that understand each of these, and keys to ramp."""
+        if type(scene).intention is Scene.intention or (
+            self.keys and not (scene.controls and isinstance(scene.action, Box))
+        ):
+            return False
+        return self.intention.keys() <= inspect.signature(scene.intention).parameters.keys()
 
 
 STYLES: Mapping[str, Traits] = {

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import viser
 from starlette.websockets import WebSocket
 
 from evastudio.errors import InvalidInputError, not_found
@@ -16,9 +17,13 @@ from evastudio.studio.lines import drawn
 from evastudio.studio.mounted import Point, mounted_viser
 from evastudio.studio.node import Node, checked
 from evastudio.studio.scheme import Scheme, seen_in
+from evastudio.studio.turns import Turns
 from evastudio.world.bodies import Camera, Line
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
+
+OnTurn = Callable[[Camera, Camera], None]
+"""Called on the event loop with the camera that a person turned, and what they made of it."""
 
 
 class View:
@@ -28,7 +33,11 @@ class View:
     """
 
     def __init__(
-        self, scene: Scene, loop: asyncio.AbstractEventLoop, scheme: Scheme | None = None
+        self,
+        scene: Scene,
+        loop: asyncio.AbstractEventLoop,
+        scheme: Scheme | None = None,
+        on_turn: OnTurn | None = None,
     ) -> None:
         """A view of worlds of `scene`, served on `loop`, for pages in that scheme."""
         self.scene = scene
@@ -48,6 +57,28 @@ class View:
         self._drawing = threading.Lock()
         self._look = seen_in(scene.look, scheme)
         set_air(self._server, self._look)
+        self._turns = Turns()
+        if on_turn is not None:
+            self._listen(on_turn)
+
+    def _listen(self, on_turn: OnTurn) -> None:
+        """Tell `on_turn` whenever a person turns the camera."""
+
+        async def moved(camera: viser.CameraHandle) -> None:
+            told = Camera(camera.position, camera.look_at, camera.up_direction)
+            turned = self._turns.by_hand(camera.client.client_id, told)
+            if turned is not None:
+                self._camera = checked_camera(told)
+                on_turn(turned, told)
+
+        @self._server.on_client_connect
+        async def _(client: viser.ClientHandle) -> None:
+            client.camera.on_update(moved)
+            await moved(client.camera)
+
+        @self._server.on_client_disconnect
+        async def _(client: viser.ClientHandle) -> None:
+            self._turns.left(client.client_id)
 
     @property
     def clients(self) -> int:
@@ -99,6 +130,7 @@ class View:
                 for name in self._nodes.keys() - {body.name for body in bodies}:
                     self._nodes.pop(name).remove()
                 if fresh or seen_from != self._camera:
+                    self._turns.sent(Camera(*map(np.array, seen_from)))
                     self._server.set_camera(*seen_from)
                     self._camera = seen_from
                     self._set_sky(horizon(*seen_from[:2]))

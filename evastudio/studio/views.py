@@ -1,4 +1,4 @@
-"""The views of a server's stages: each is there while a browser looks at its stage."""
+"""The views of a server's stages and lineups: each is there while a browser looks at it."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import contextlib
 from starlette.websockets import WebSocket
 
 from evastudio.errors import StudioError
-from evastudio.live.live_stage import LiveStage
-from evastudio.live.picture import Picture
+from evastudio.live.lineup import Column
+from evastudio.live.picture import Picture, Shown
 from evastudio.studio.scheme import Scheme
 from evastudio.studio.view import View
 
@@ -34,7 +34,7 @@ class Views:
 
     async def handle(
         self,
-        stage: LiveStage,
+        stage: Shown,
         websocket: WebSocket,
         heard: bool = True,
         scheme: Scheme | None = None,
@@ -62,11 +62,12 @@ class Views:
 
 
 class _Shown:
-    """A stage that somebody looks at."""
+    """A stage or a column that somebody looks at."""
 
-    def __init__(self, stage: LiveStage, scheme: Scheme | None) -> None:
+    def __init__(self, stage: Shown, scheme: Scheme | None) -> None:
         self._stage = stage
-        self.view = View(stage.scene, asyncio.get_running_loop(), scheme)
+        turned = stage.turned if isinstance(stage, Column) else None
+        self.view = View(stage.scene, asyncio.get_running_loop(), scheme, turned)
         self.looking = 0
 
     async def handle(self, websocket: WebSocket, heard: bool) -> None:
@@ -76,7 +77,7 @@ class _Shown:
                 await asyncio.to_thread(self._stage.watch, self._show)
             await self.view.handle(websocket, heard)
         except StudioError:
-            await websocket.close(4404, "There is no such stage; load the page again.")
+            await websocket.close(4404, "There is no such view; load the page again.")
         finally:
             self.looking -= 1
             if not self.looking:

@@ -62,4 +62,5 @@ def test_whoever_can_act_in_a_scene_is_listed(studio: Studio) -> None:
     assert flying["astar"] == flying["scripted:careful"] == "program"
     assert "crowd-shy" not in flying
     assert "astar" not in walking
+    assert {"scripted:shy", "scripted:startled"} <= walking.keys() - flying.keys()
     assert studio.client.get(f"{API}/pilots", params={"scene": "nowhere"}).status_code == 404

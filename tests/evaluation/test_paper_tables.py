@@ -8,8 +8,7 @@ import pytest
 from evastudio.errors import InvalidInputError
 from evastudio.evaluation.paper import Extent
 from evastudio.evaluation.paper_costs import held_bytes
-from evastudio.evaluation.paper_tables import quantity, table_three
-from evastudio.evaluation.studies import Study
+from evastudio.evaluation.paper_tables import quantity
 from evastudio.learning.knn import KNNPolicy
 
 
@@ -44,13 +43,6 @@ def test_every_array_counts_once() -> None:
     assert before >= states.nbytes + states[:, :2].nbytes
     learner.again = [learner.states_, learner]
     assert held_bytes(learner) == before
-
-
-def test_studies_stand_below_the_papers() -> None:
-    assert table_three([])[-1] == "No study is stored yet."
-    lines = table_three([Study("asteroids", "nobody, a test", 60.0, 90.0, "mine")])
-    assert "| here | asteroids | nobody, a test | 1 min | 1.5 min | mine |" in lines
-    assert len([line for line in lines if line.startswith("| the paper")]) == 6
 
 
 def test_what_is_timed_must_be_measured() -> None:

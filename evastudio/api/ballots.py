@@ -1,0 +1,154 @@
+"""Routes: ballots, two runs without names of which people choose the livelier."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+
+from fastapi import APIRouter, Response, status
+
+from evastudio.api.context import Context, Studio
+from evastudio.api.lineups import shown
+from evastudio.api.models.ballots import BallotIn, BallotOut, PreferenceOut, VoteIn, VoteOut
+from evastudio.api.models.common import Page
+from evastudio.api.models.lineups import LineupOut
+from evastudio.api.paging import NumberedPage
+from evastudio.api.people import Person, Visitor
+from evastudio.errors import ConflictError
+from evastudio.evaluation import preferences
+from evastudio.evaluation.preferences import Ballot, Preference
+from evastudio.evaluation.studies import studies
+from evastudio.evaluation.table_three import table_three
+from evastudio.live import balloting
+from evastudio.live.headless import make_scene
+from evastudio.live.lineups import Opened
+from evastudio.live.tokens import Role
+
+MARKDOWN = "text/markdown; charset=utf-8"
+
+router = APIRouter(prefix="/ballots", tags=["ballots"])
+
+
+@router.post("", status_code=status.HTTP_201_CREATED)
+def open_ballot(body: BallotIn, studio: Studio, visitor: Visitor) -> BallotOut:
+    """Ask people which of two pilots is livelier."""
+    made = balloting.open_ballot(
+        studio.workspace,
+        studio.store,
+        body.scene,
+        body.pilots,
+        options=body.options,
+        seed=body.seed,
+        now=time.time(),
+    )
+    return _told(made, studio, visitor)
+
+
+@router.get("")
+def list_ballots(
+    studio: Studio, visitor: Visitor, paging: NumberedPage, scene: str | None = None
+) -> Page[BallotOut]:
+    """Every ballot, the newest first; those of one scene where it is given. No names."""
+    return paging.page(
+        BallotOut,
+        lambda after, limit: [
+            _told(one, studio, visitor)
+            for one in preferences.ballots(studio.store, scene, after=after, limit=limit)
+        ],
+    )
+
+
+@router.get("/preferences")
+def list_preferences(studio: Studio, visitor: Visitor) -> list[PreferenceOut]:
+    """What came of the ballots: to authors of all, to viewers of those they have voted on."""
+    return [PreferenceOut.model_validate(one) for one in _known(studio, visitor)]
+
+
+@router.get(
+    "/table-3", response_class=Response, responses={200: {"content": {"text/markdown": {}}}}
+)
+def get_table(studio: Studio, visitor: Visitor) -> Response:
+    """The paper's table 3, with the studies stored and what came of the ballots, as Markdown."""
+    table = "\n".join(table_three(studies(studio.store), _known(studio, visitor))) + "\n"
+    named = {"Content-Disposition": 'attachment; filename="table-3.md"'}
+    return Response(table, media_type=MARKDOWN, headers=named)
+
+
+@router.get("/{ballot}")
+def get_ballot(ballot: int, studio: Studio, visitor: Visitor) -> BallotOut:
+    """One ballot. No names."""
+    return _told(preferences.find_ballot(studio.store, ballot), studio, visitor)
+
+
+@router.get("/{ballot}/preference")
+def get_preference(ballot: int, studio: Studio, visitor: Visitor) -> PreferenceOut:
+    """What came of a ballot so far; told to a viewer who has voted on it."""
+    found = preferences.find_ballot(studio.store, ballot)
+    if not _may_know(found, studio, visitor):
+        raise ConflictError("Vote first: what came of it would tell who is who.")
+    return PreferenceOut.model_validate(preferences.preference(studio.store, found))
+
+
+@router.post("/{ballot}/showings", status_code=status.HTTP_201_CREATED)
+async def show_pair(ballot: int, studio: Studio, visitor: Visitor) -> LineupOut:
+    """The two side by side, in the next world that one has not voted on: a lineup, no names.
+
+    Who is left follows from a secret of the ballot's, and is the same until one has voted.
+    """
+
+    def show() -> Opened:
+        return balloting.show(
+            studio.workspace,
+            studio.lineups,
+            studio.store,
+            preferences.find_ballot(studio.store, ballot),
+            visitor.voter,
+        )
+
+    return await shown(await asyncio.to_thread(show), studio)
+
+
+@router.post("/{ballot}/votes", status_code=status.HTTP_201_CREATED)
+def vote(ballot: int, body: VoteIn, studio: Studio, visitor: Visitor) -> VoteOut:
+    """Say which of the two that were shown was livelier; who they were."""
+    found = preferences.find_ballot(studio.store, ballot)
+    opened = studio.lineups.get(visitor.voter, body.lineup)
+    left, right = balloting.vote(studio.store, found, opened, body.livelier, time.time())
+    return VoteOut(
+        left=left,
+        right=right,
+        livelier={"left": left, "right": right}.get(body.livelier),
+        preference=PreferenceOut.model_validate(preferences.preference(studio.store, found)),
+    )
+
+
+@router.delete("/{ballot}", status_code=status.HTTP_204_NO_CONTENT)
+def delete_ballot(ballot: int, studio: Studio) -> None:
+    """Forget a ballot and its votes."""
+    preferences.delete_ballot(studio.store, ballot)
+
+
+def _may_know(ballot: Ballot, studio: Context, visitor: Person) -> bool:
+    """Whether somebody may know who is in a ballot: its authors do, others once they voted."""
+    return visitor.role is Role.AUTHOR or bool(
+        preferences.votes_of(studio.store, ballot.id, visitor.voter)
+    )
+
+
+def _known(studio: Context, visitor: Person) -> list[Preference]:
+    found = preferences.preferences(studio.store)
+    if visitor.role is Role.AUTHOR:
+        return list(found)
+    return [one for one in found if preferences.votes_of(studio.store, one.ballot, visitor.voter)]
+
+
+def _told(ballot: Ballot, studio: Context, visitor: Person) -> BallotOut:
+    found = preferences.preference(studio.store, ballot)
+    return BallotOut(
+        id=ballot.id,
+        scene=ballot.scene,
+        title=make_scene(studio.workspace, ballot.scene).title,
+        created_at=ballot.created_at,
+        votes=found.decided + found.neither,
+        mine=preferences.votes_of(studio.store, ballot.id, visitor.voter),
+    )
