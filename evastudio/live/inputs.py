@@ -20,12 +20,14 @@ class _Axis:
     """-1 to 1 at the end of the last interval read."""
     target: float = 0.0
     """Where the keys push it at that moment."""
+    since: float = -np.inf
+    """When they began to push it there."""
     changes: list[tuple[float, float]] = field(default_factory=list)
     """Later (time, target), in order."""
 
     def ask(self, at: float, target: float, hold_s: float) -> None:
         """From `at` on the keys push towards `target`; a push lasts at least `hold_s`."""
-        last_at, last_target = self.changes[-1] if self.changes else (-np.inf, self.target)
+        last_at, last_target = self.changes[-1] if self.changes else (self.since, self.target)
         if target == last_target:
             return
         if last_target != 0.0:
@@ -42,7 +44,7 @@ class _Axis:
             at, target = self.changes.pop(0)
             area += self._move(max(at, now) - now)
             now = max(at, now)
-            self.target = target
+            self.target, self.since = target, at
         area += self._move(end - now)
         return self.deflection if self.control.latched else area / (end - start)
 

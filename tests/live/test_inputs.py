@@ -82,6 +82,27 @@ def test_a_tap_that_arrives_late_counts_too() -> None:
     assert read(held, 10, 3)[:, 0].sum() > 0.01
 
 
+@given(st.lists(st.tuples(st.floats(0.0, 3.0), st.floats(0.0, 3.0)), min_size=1, max_size=20))
+def test_however_presses_fall_between_readings_each_counts_for_a_step(
+    edges: list[tuple[float, float]],
+) -> None:
+    """Each edge comes so many steps after the one before, and so many later still it arrives."""
+    held, at, arrived, step = keys(), 0.0, 0.0, 0
+    total, down = 0.0, False
+    edges = edges[: len(edges) // 2 * 2] or [edges[0], edges[0]]
+    for gap, delay in edges:
+        at += gap
+        arrived = max(arrived, at + delay)
+        while step + 1 <= arrived:
+            total += read(held, 1, step)[0, 1]
+            step += 1
+        down = not down
+        held.hold(["KeyW"] if down else [], at * DT)
+    total += read(held, len(edges) + 1, step)[:, 1].sum()
+    assert total / 0.4 > len(edges) / 2 - 1e-9
+    assert read(held, 1, step + len(edges) + 1)[0, 1] == 0.0
+
+
 @given(st.lists(st.tuples(st.floats(0.0, 4.0), st.sets(st.sampled_from(["KeyA", "KeyD", "KeyW"])))))
 def test_what_is_foreseen_is_what_is_read_and_takes_nothing_away(
     presses: list[tuple[float, set[str]]],
