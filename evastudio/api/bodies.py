@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 from fastapi import Request
 from fastapi.exceptions import RequestValidationError
 from pydantic import BaseModel, ValidationError
+from pydantic_core import from_json
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 
@@ -48,7 +49,9 @@ async def model_or_arrays(request: Request, model: type[M]) -> M | dict[str, Any
         return await run_in_threadpool(model.model_validate_json, data)
     except ValidationError as error:
         told = [{**one, "loc": ("body", *one["loc"])} for one in error.errors(include_url=False)]
-        raise RequestValidationError(told) from None
+        invalid = any(one["type"] == "json_invalid" for one in told)
+        given = None if invalid else await run_in_threadpool(from_json, data)
+        raise RequestValidationError(told, body=given) from None
 
 
 def wrong_type(given: str, *expected: str) -> HTTPException:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from http import HTTPStatus
 from typing import Any
 
@@ -107,11 +107,7 @@ def install(app: FastAPI) -> None:
             given = request.headers.get("content-type", "nothing")[:80]
             detail = f"The body is said to be {given!r}; send application/json."
             return problem_response(415, "Wrong kind of body", detail)
-        told = "; ".join(
-            f"{'.'.join(str(part) for part in one['loc'][1:])[:200] or 'body'}: {one['msg'][:500]}"
-            for one in found[:5]
-        )
-        return problem_response(422, "Invalid input", told)
+        return problem_response(422, "Invalid input", "; ".join(_wrong(found, error.body)[:5]))
 
     @app.exception_handler(HTTPException)
     async def http_error(request: Request, error: HTTPException) -> Response:
@@ -162,6 +158,42 @@ class Sizes:
                 await send(message)
 
         await self._app(scope, receive, sending)
+
+
+def _wrong(found: Sequence[Mapping[str, Any]], body: object) -> list[str]:
+    """Where a request is wrong, and how; where any of several forms will do, by the nearest."""
+    told: dict[object, dict[object, list[str]]] = {}
+    for one in found:
+        kind, *path = one["loc"]
+        missing = path[-1] if one["type"] == "missing" else None
+        value, where = body, list[str]()
+        choice, form = None, None
+        for part in path:
+            if _holds(value, part):
+                value = value[part]  # type: ignore[index]
+            elif kind == "body" and part != missing:  # the name of a form, not of a place
+                if form is None:
+                    choice, form = tuple(where), part
+                continue
+            where.append(str(part))
+        said = (
+            f"{'.'.join(where)[:200] or 'body'}: {one['msg'].removeprefix('Value error, ')[:500]}"
+        )
+        told.setdefault(choice, {}).setdefault(form, []).append(said)
+    nearest = [
+        said
+        for forms in told.values()
+        for errors in forms.values()
+        for said in errors
+        if len(errors) == min(map(len, forms.values()))
+    ]
+    return list(dict.fromkeys(nearest))
+
+
+def _holds(value: object, part: object) -> bool:
+    if isinstance(value, list):
+        return isinstance(part, int) and part < len(value)
+    return isinstance(value, dict) and part in value
 
 
 def _methods(request: Request) -> str:

@@ -118,7 +118,12 @@ def test_the_same_actions_may_come_again_and_others_not(studio: Studio, session:
         ({"first_step": 0, "actions": []}, "actions"),
         ({"first_step": -1, "actions": [[0.0, 0.0]]}, "first_step"),
         ({"first_step": 0, "actions": [[0.0, 0.0]], "states": [[0.0]]}, "states"),
-        ({"first_step": 0}, "actions"),
+        ({"first_step": 0}, "actions: Field required"),
+        (
+            {"first_step": 0, "actions": [[0.0, 0.0]] * 4097},
+            "actions: there are 4097; send at most 4096 at once",
+        ),
+        ({"first_step": 0, "actions": [[0.0, 0.0], ["x", 0.0]]}, "actions.1.0: Input should be"),
         ([], "body"),
     ],
 )
@@ -129,6 +134,7 @@ def test_actions_that_cannot_be_are_refused_and_nothing_is_written(
     status, told = post(studio, f"/takes/{at}/actions", body)
     assert status == 422
     assert says in told["detail"]
+    assert "[" not in told["detail"], "places in the body, not the library's names of types"
     assert studio.client.get(f"{API}/takes/{at}").json()["pairs"] == 0
 
 
