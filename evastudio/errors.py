@@ -46,10 +46,11 @@ class JobError(StudioError, RuntimeError):
     """A job that ended without its result."""
 
 
-def not_found(kind: str, name: object, known: Iterable[str]) -> NotFoundError:
-    """The error for an unknown name, with the closest known ones."""
+def not_found(kind: str, name: object, known: Iterable[str], where: str = "") -> NotFoundError:
+    """The error for an unknown name, with the closest known ones; `where` as "of scene 'x'"."""
     names = sorted(known)
     close = difflib.get_close_matches(str(name), names, n=1)
     hint = f" Did you mean {close[0]!r}?" if close else ""
     listed = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "") if names else "none"
-    return NotFoundError(f"There is no {kind} {str(name)!r}.{hint} Known: {listed}.")
+    place = f" {where}" if where else ""
+    return NotFoundError(f"There is no {kind} {str(name)!r}{place}.{hint} Known: {listed}.")

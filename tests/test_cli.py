@@ -106,7 +106,7 @@ def refused(done: subprocess.CompletedProcess[str], says: str) -> None:
         (("studio", "--port", "99999"), "from 0 to 65535"),
         (("studio", "--token", "short"), "at least 16"),
         (("studio", "--host", "a..b", "--no-browser"), "cannot listen at a..b"),
-        (("record", "asteroids", "--option", "self=1"), "no option of scene 'asteroids' 'self'"),
+        (("record", "asteroids", "--option", "self=1"), "no option 'self' of scene 'asteroids'"),
         (("fit", str(10**20)), "no session '1000"),
         (("sessions", "--store", "nonsense"), "session store"),
     ],

@@ -78,7 +78,7 @@ def evaluate(
     if not pilots:
         raise InvalidInputError("There is nothing to evaluate: name at least one pilot.")
     if isinstance(like, str) and like not in pilots:
-        raise not_found("pilot among those evaluated", like, pilots)
+        raise not_found("pilot", like, pilots, "among those evaluated")
     seeds = world_seeds(seed, worlds)
     parts = [seeds[start : start + chunk] for start in range(0, worlds, chunk)]
     tasks = [(name, part) for name in pilots for part in parts]

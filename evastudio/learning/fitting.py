@@ -44,7 +44,7 @@ def fit_policy(
     fitted = LEARNERS[learner]()
     for name, value in (settings or {}).items():
         if name not in fitted.get_params():
-            raise not_found(f"setting of learner {learner!r}", name, fitted.get_params())
+            raise not_found("setting", name, fitted.get_params(), f"of learner {learner!r}")
         fitted.set_params(**{name: value})
     if cleaning is not None:
         pairs = cleaning.apply(pairs)

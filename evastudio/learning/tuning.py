@@ -65,7 +65,7 @@ def tune(
     view = scene.perception(perception)
     names = tuned_learners(scene.chosen(view))
     if learner != AUTO and learner not in names:
-        raise not_found("learner that can be tuned", learner, (AUTO, *names))
+        raise not_found("learner", learner, (AUTO, *names), "that can be tuned")
     finite_rows(pairs.states, pairs.states.shape[1], "states of the pairs")
     finite_rows(pairs.actions, pairs.actions.shape[1], "actions of the pairs")
     wanted = names if learner == AUTO else (learner,)

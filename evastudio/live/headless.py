@@ -64,7 +64,7 @@ def make_scene(
     kind = find_scene(name, workspace.scene_folders)
     if options and "self" in options:  # Python would take it for the scene itself
         raise not_found(
-            f"option of scene {name!r}", "self", [option.name for option in kind.options]
+            "option", "self", [option.name for option in kind.options], f"of scene {name!r}"
         )
     scene = kind(**(options or {}))
     dress(scene, workspace)

@@ -123,7 +123,7 @@ def picture_file(workspace: Workspace, store: Store, evaluation: int, name: str)
     told = _told(folder) or {"names": []}
     known = [f"{one}.{form}" for one in told["names"] for form in drawing.FORMS]
     if name not in known:
-        raise not_found(f"picture of evaluation {evaluation}", name, known)
+        raise not_found("picture", name, known, f"of evaluation {evaluation}")
     return folder / name
 
 

@@ -39,7 +39,7 @@ class Sight:
             present = known.index(self.name(scene, snapshot))
             name = known[(present + 1) % len(known)]
         if name not in known:
-            raise not_found(f"camera of scene {scene.name!r}", name, known)
+            raise not_found("camera", name, known, f"of scene {scene.name!r}")
         self._chosen = name
 
     def draw(self, scene: Scene, snapshot: Snapshot) -> Camera:

@@ -285,7 +285,7 @@ class Stage:
         """
         known = {signal.name: signal for signal in self.scene.signals}
         if name not in known:
-            raise not_found(f"signal of scene {self.scene.name!r}", name, known)
+            raise not_found("signal", name, known, f"of scene {self.scene.name!r}")
         if not self._running:
             raise ConflictError("Nothing moves at the moment. Demonstrate or play first.")
         found, place = known[name], None

@@ -70,7 +70,7 @@ class Glb:
     def clip(self, name: str) -> Clip:
         """The animation of that name, at `RATE_HZ`. Raises NotFoundError, InvalidInputError."""
         if name not in self._animations:
-            raise not_found(f"clip in {self._name!r}", name, self._animations)
+            raise not_found("clip", name, self._animations, f"in {self._name!r}")
         animation = self._animations[name]
         samplers = self._items(animation, "samplers")
         tracks: dict[tuple[int, str], tuple[Array, Array, str]] = {}

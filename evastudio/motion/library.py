@@ -93,7 +93,7 @@ class Library:
         """One clip of one file. Raises NotFoundError, InvalidInputError, StorageError."""
         clips = _read(*self._found(file))
         if clip not in clips:
-            raise not_found(f"clip in {file!r}", clip, clips)
+            raise not_found("clip", clip, clips, f"in {file!r}")
         return clips[clip]()
 
     def choices(self) -> dict[Activity, Choice]:
@@ -227,7 +227,7 @@ def _moved(activity: Activity, path: Path, changed_at: int, name: str) -> Gait |
     """The clip of that name on the shipped body."""
     clips = _read(path, changed_at)
     if name not in clips:
-        raise not_found(f"clip in {path.name!r}", name, clips)
+        raise not_found("clip", name, clips, f"in {path.name!r}")
     clip = clips[name]()
     poses = retargeted(clip)
     if activity in GAITS:

@@ -206,7 +206,7 @@ def find_pilot(name: str, **traits: Any) -> Pilot:
     known = [] if name in PROGRAMS else [field.name for field in fields(Traits)]
     for trait in traits:
         if trait not in known:
-            raise not_found(f"trait of pilot {name!r}", trait, known)
+            raise not_found("trait", trait, known, f"of pilot {name!r}")
     if name in PROGRAMS:
         return PROGRAMS[name]()
     style = STYLES[name.removeprefix("scripted:")]

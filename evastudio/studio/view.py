@@ -119,7 +119,9 @@ class View:
             arrays = [checked(body) for body in new]
             for body in new:
                 if body.mesh not in self._meshes:
-                    raise not_found(f"mesh of scene {self.scene.name!r}", body.mesh, self._meshes)
+                    raise not_found(
+                        "mesh", body.mesh, self._meshes, f"of scene {self.scene.name!r}"
+                    )
             with self._server.atomic():
                 for body, placed in zip(new, arrays, strict=True):
                     if body.name not in self._nodes:

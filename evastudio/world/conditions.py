@@ -189,7 +189,7 @@ def parse_condition(text: str, scene: Scene) -> Condition:
     known = readable(scene)
     for bound in bounds:
         if bound.reading not in known:
-            raise not_found(f"sign of scene {scene.name!r}", bound.reading, known)
+            raise not_found("sign", bound.reading, known, f"of scene {scene.name!r}")
     return Condition(bounds, once)
 
 

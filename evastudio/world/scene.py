@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from evastudio.errors import InvalidInputError, not_found
+from evastudio.errors import InvalidInputError, NotFoundError, not_found
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.cast import of_lead
 from evastudio.world.course import Course
@@ -177,7 +177,7 @@ class Scene(ABC):
         chosen = {option.name: option.default for option in self.options}
         for name, value in values.items():
             if name not in known:
-                raise not_found(f"option of scene {self.name!r}", name, known)
+                raise not_found("option", name, known, f"of scene {self.name!r}")
             option = known[name]
             try:
                 number = float(value)
@@ -265,14 +265,20 @@ class Scene(ABC):
         Scripted demonstrators build on it. `traits` are numbers that the scene understands.
         Raises NotFoundError where a scene has none.
         """
-        raise not_found(f"scripted demonstrator for scene {self.name!r}", "scripted", [])
+        raise NotFoundError(
+            f"Scene {self.name!r} has no scripted demonstrator; choose another pilot or another "
+            "scene."
+        )
 
     def course(self, snapshot: Snapshot) -> Course:
         """The worlds as a planner searches them.
 
         Raises NotFoundError where a scene is no course.
         """
-        raise not_found(f"course for a planner through scene {self.name!r}", "astar", [])
+        raise NotFoundError(
+            f"Scene {self.name!r} is no course that astar could plan a way through; choose another "
+            "pilot or another scene."
+        )
 
     def retraced(self, paths: Array, goals: Array, ground: Array) -> tuple[Snapshot, Array]:
         """A world in which characters can go as they were recorded, and how they do it.
@@ -283,7 +289,9 @@ class Scene(ABC):
         moment of one world, and actions (moments - 1, N, m).
         Raises NotFoundError where nobody in the scene can go as people do.
         """
-        raise not_found(f"way into scene {self.name!r} for recordings of people", "walks", [])
+        raise NotFoundError(
+            f"In scene {self.name!r} nobody can walk as people were recorded; choose another scene."
+        )
 
     def notice(self, snapshot: Snapshot) -> Array:
         """What each of `signs` is now, shape (worlds, signs), finite; with an axis for
@@ -322,7 +330,7 @@ class Scene(ABC):
         if name is None:
             return next(iter(self.perceptions.values()))
         if name not in self.perceptions:
-            raise not_found(f"perception of scene {self.name!r}", name, self.perceptions)
+            raise not_found("perception", name, self.perceptions, f"of scene {self.name!r}")
         return self.perceptions[name]
 
     def worlds(self, seeds: Sequence[int]) -> Snapshot:

@@ -381,7 +381,7 @@ def test_fitting_refuses_what_it_cannot_use(asteroids):
         fit_policy(pairs, scene, "canonical", "svm")
     with pytest.raises(NotFoundError, match="Did you mean 'canonical'"):
         fit_policy(pairs, scene, "canonicle")
-    with pytest.raises(NotFoundError, match="setting of learner 'svr'"):
+    with pytest.raises(NotFoundError, match="no setting 'k' of learner 'svr'"):
         fit_policy(pairs, scene, "canonical", "svr", {"k": 3})
     with pytest.raises(InvalidInputError, match="no pairs"):
         fit_policy(pairs.keep(np.zeros(60, dtype=bool)), scene)

@@ -97,7 +97,7 @@ def test_a_policy_learns_to_walk_as_people_did(workspace: Workspace, recording: 
 @pytest.mark.parametrize(
     ("scene", "people", "error", "says"),
     [
-        ("crowd", 5, NotFoundError, "way into scene 'crowd' for recordings"),
+        ("crowd", 5, NotFoundError, "In scene 'crowd' nobody can walk"),
         ("streat", 5, NotFoundError, "Did you mean 'street'"),
         ("street", 0, InvalidInputError, "at least 1"),
     ],

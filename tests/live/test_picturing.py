@@ -46,7 +46,7 @@ def test_pictures_are_drawn_once_to_the_same_bytes(workspace: Workspace, store: 
     draw_pictures(workspace, number)
     assert [file.read_bytes() for file in files] == before
     for wrong in ("paths.gif", "../../studio.db", "drawn.json", "crossing.svg"):
-        with pytest.raises(NotFoundError, match="no picture of evaluation"):
+        with pytest.raises(NotFoundError, match=f"of evaluation {number}"):
             picture_file(workspace, store, number, wrong)
 
 

@@ -61,7 +61,11 @@ def test_entries_are_written_as_they_are_said() -> None:
 def test_what_cannot_be_made_is_refused_in_a_sentence(workspace) -> None:
     hurried = ("crowd-hurried", None)
     for entries, error, says in (
-        ([("crowd-fleeing", "event:rain"), hurried], NotFoundError, "no sign of scene 'crowd'"),
+        (
+            [("crowd-fleeing", "event:rain"), hurried],
+            NotFoundError,
+            "no sign 'rain' of scene 'crowd'",
+        ),
         ([("crowd-flying", "after:1s"), hurried], NotFoundError, "no policy 'crowd-flying'"),
         ([("asteroids-careful", "after:1s"), hurried], ConflictError, "Entry 2"),
         ([hurried], InvalidInputError, "needs 2 to 16"),

@@ -97,7 +97,7 @@ def test_a_file_that_has_changed_is_read_anew(library: Library) -> None:
         ("wlak", "hero.glb", "walk", "Did you mean 'walk'"),
         ("turn", "hero.glb", "walk", "no activity 'turn'"),
         ("walk", "heros.glb", "walk", "Did you mean 'hero.glb'"),
-        ("walk", "hero.glb", "run", "no clip in 'hero.glb' 'run'"),
+        ("walk", "hero.glb", "run", "no clip 'run' in 'hero.glb'"),
         ("walk", "../motion/hero.glb", "walk", "no file of clips"),
         ("walk", "readme.txt", "readme", "no file of clips"),
     ],

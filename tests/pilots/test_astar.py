@@ -149,7 +149,7 @@ def test_who_is_walled_in_flies_on_to_the_end(asteroids):
 
 def test_a_scene_without_a_course_and_odd_settings_are_refused():
     crowd = load_scene_file(shipped() / "scenes" / "crowd.py")()
-    with pytest.raises(NotFoundError, match="course for a planner through scene 'crowd'"):
+    with pytest.raises(NotFoundError, match="Scene 'crowd' is no course"):
         roll_out(crowd, AStarPilot(), SEEDS[:1])
     with pytest.raises(InvalidInputError, match="nodes=0"):
         AStarPilot(nodes=0)

@@ -203,7 +203,7 @@ def test_an_unknown_pilot_or_trait_gets_a_hint():
         find_pilot("scripted:carefull")
     with pytest.raises(NotFoundError, match="Did you mean 'tremor'"):
         find_pilot("scripted:human", tremors=1.0)
-    with pytest.raises(NotFoundError, match="trait of pilot 'straight'"):
+    with pytest.raises(NotFoundError, match="no trait 'tremor' of pilot 'straight'"):
         find_pilot("straight", tremor=1.0)
     with pytest.raises(InvalidInputError, match="'tremor' is -1"):
         find_pilot("scripted:human", tremor=-1)
