@@ -393,6 +393,8 @@ class LiveStage:
             stage.camera,
             stage.clock.pace,
             stage.looked_at,
+            stage.rethought,
+            stage.pushed,
             stage.decision,
             stage.decision is not None and stage.clock.steps,
             self._totals,

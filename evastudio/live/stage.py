@@ -65,6 +65,8 @@ class Stage:
         self._paused_at = now
         self.pushed = False
         """Whether the character is forced off its way just now."""
+        self.rethought = 0
+        """How often what plays was changed."""
 
     @property
     def keys(self) -> HeldKeys:
@@ -256,6 +258,7 @@ class Stage:
         step = min(run.steps, run.reel.last - 1)
         if run.reel.why(step) is not None:
             run.reel.note(actors.why(run.reel.moment(step)), step)
+        self.rethought += 1
         self._next_frame = 0.0
 
     @property
@@ -397,6 +400,7 @@ class Stage:
             others=None if self._actors.others is None else self._actors.others.name,
             familiarity=None if why is None else why.familiarity,
             silent=self._silent(why),
+            forgotten=self.rethought,
             by_hand=run.reel.steered(min(run.steps, run.reel.last - 1)),
             pushed=self.pushed,
             pushes=self.pushes,

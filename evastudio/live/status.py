@@ -65,6 +65,8 @@ class Status:
     silent: str | None
     """Why what plays cannot tell what its latest decision came from; None where it can, and where
     nothing plays."""
+    forgotten: int
+    """Demonstrated moments that were left out on this stage while something played."""
     by_hand: bool
     """Whether the moment that is looked at was steered by a person who had taken over."""
     pushed: bool

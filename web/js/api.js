@@ -179,6 +179,19 @@ export const api = {
   me: () => ask("GET", "/me"),
   /** @param {string} stage @returns {Promise<import("./types.js").Strip>} */
   strip: (stage) => ask("GET", `/stages/${q(stage)}/strip`),
+  /** @param {string} stage @returns {Promise<import("./types.js").Why | null>} */
+  why: (stage) => ask("GET", `/stages/${q(stage)}/why`),
+  /**
+   * @param {string} policy
+   * @param {string} scene
+   * @param {Record<string, number>} options
+   * @param {number} seed of the series of worlds
+   * @returns {Promise<Job>}
+   */
+  findFailures: (policy, scene, options, seed) =>
+    ask("POST", "/failures", { policy, scene, options, seed }),
+  /** @param {number} session @param {number} seed @returns {Promise<Job>} */
+  findPlaces: (session, seed) => ask("POST", `/sessions/${session}/places`, { seed }),
   /** @param {string} stage @returns {Promise<object>} */
   stage: (stage) => ask("GET", `/stages/${q(stage)}`),
 };

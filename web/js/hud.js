@@ -35,6 +35,9 @@ export function hud(store, { acts }) {
   hint.hidden = !acts;
   byId("centre", HTMLElement).append(countdown, ending, paused);
 
+  const pushed = make("p", { id: "pushed", class: "pushed", ...polite });
+  byId("centre", HTMLElement).append(pushed);
+
   const progress = byId("progress", HTMLProgressElement);
   const late = byId("late", HTMLElement);
 
@@ -50,7 +53,8 @@ export function hud(store, { acts }) {
     say(numbers.seconds, status.seconds.toFixed(1));
     say(numbers.takes, count(status.takes_kept));
     say(numbers.kept, count(status.pairs_kept));
-    numbers.pairs.parentElement?.classList.toggle("idle", status.mode !== "demonstrate");
+    const taking = ["demonstrate", "correct"].includes(status.mode ?? "");
+    numbers.pairs.parentElement?.classList.toggle("idle", !taking);
     numbers.seconds.parentElement?.classList.toggle("idle", status.mode === null);
 
     countdown.hidden = status.phase !== "countdown";
@@ -65,6 +69,9 @@ export function hud(store, { acts }) {
     say(outcome, ending.hidden ? "" : outcomeWords(status.outcome ?? ""));
     say(hint, ending.hidden ? "" : ended(status));
 
+    pushed.classList.toggle("idle", !status.pushed);
+    say(pushed, status.pushed ? "Pushed off your way: get back from here" : "");
+
     late.classList.toggle("some", status.late_steps > 0);
     say(late, status.late_steps ? `${plural(status.late_steps, "late step")} of ${count(status.steps)}` : "");
   });
@@ -72,6 +79,7 @@ export function hud(store, { acts }) {
 
 /** @param {Status} status */
 function ended({ mode, pairs, seconds, forked }) {
+  if (mode === "correct") return `${plural(pairs, "pair")} kept as a correction. R plays again.`;
   if (mode === "play") return `After ${duration(seconds)}. R plays again in another world.`;
   if (pairs === 0) return "R starts again.";
   const again = forked ? "Shift R tries again from there" : "R starts another take";

@@ -13,6 +13,8 @@ const key = (code) => make("kbd", { "data-code": code }, keyName(code));
 const DOES = [
   ["pause", "pause", "pause"],
   ["resume", "resume", "go on"],
+  ["over", "take-over", "take over"],
+  ["back", "hand-back", "hand back"],
   ["again", "restart", "start again"],
   ["same", "restart-same", "same world again"],
   ["there", "restart-same", "try again from there"],
@@ -36,17 +38,20 @@ export const keptSeconds = () => Number(localStorage.getItem(ENDS_WITH) ?? 5);
 function useful({ status }) {
   const { phase = "ready", mode = null } = status ?? {};
   const demonstrating = mode === "demonstrate";
+  const correcting = mode === "correct" && phase !== "ended";
   const on = mode !== null && mode !== "review";
   const still = phase === "paused" || phase === "ended";
   return {
-    steer: demonstrating || mode === null,
+    steer: demonstrating || correcting || mode === null,
+    over: mode === "play" && ["playing", "paused"].includes(phase),
+    back: correcting,
     pause: ["countdown", "recording", "playing"].includes(phase),
     resume: phase === "paused",
     again: on,
     same: on && still && !status?.forked,
     there: on && still && !!status?.forked,
     keep: demonstrating && phase !== "countdown" && !!status?.pairs,
-    discard: demonstrating,
+    discard: demonstrating || correcting,
     look: on && still,
     stop: on,
   };

@@ -8,7 +8,7 @@
 
 /** What a key does: steer, give a command or a signal, press a control, or nothing here. */
 /** @typedef {{kind: "hold"} | {kind: "command" | "signal", name: string, repeats?: boolean} |
- *   {kind: "press", control: HTMLElement} | {kind: "swallow"} | null} Meaning */
+ *   {kind: "press", control: HTMLElement} | null} Meaning */
 
 /** What is held is told so often, and counts as released where nothing was heard for so long. */
 const BEAT_MS = 250;

@@ -5,6 +5,8 @@ import { clips } from "./clips.js";
 import { conflicts } from "./conflicts.js";
 import { decisions } from "./decisions.js";
 import { byId } from "./dom.js";
+import { failures } from "./failures.js";
+import { gauge } from "./gauge.js";
 import { hud } from "./hud.js";
 import { isOpen, jobs } from "./jobs.js";
 import { keptSeconds, keyHelp, showHeld } from "./keyhelp.js";
@@ -29,6 +31,8 @@ import { SOME, takes } from "./takes.js";
 import { timeline } from "./timeline.js";
 import { tools } from "./tools.js";
 import { tour } from "./tour.js";
+import { unvisited } from "./unvisited.js";
+import { why } from "./why.js";
 import { plural } from "./words.js";
 
 /** @typedef {import("./types.js").Job} Job */
@@ -139,6 +143,8 @@ function onJob(job) {
   store.set({ jobs: isOpen(job) ? [...others, job] : others });
   if (job.state === "failed") notify(job.error ?? "It did not work.", "error");
   if (job.state !== "done") return;
+  failed(job);
+  unshown(job);
   attempt(async () => {
     const mine = job.kind === "fit" && job.session === store.state.session;
     if (mine || (job.kind === "switch" && job.result?.scene === store.state.scene?.name)) {
@@ -186,7 +192,15 @@ function command(name) {
   else if (name === "restart-same") link.command("restart", { same: true });
   else if (name === "tour") guide.toggle();
   else if (name === "keep-last") keepLast(keptSeconds());
+  else if (name === "why") whyNow();
+  else if (name === "unvisited") byId("unvisited", HTMLButtonElement).click();
+  else if (name === "hand-back") handBack();
   else if (!lookBack(name) && !review.does(name)) link.command(name);
+}
+/** What is still held is not meant for what plays on. */
+function handBack() {
+  keys.releaseAll();
+  link.command("hand-back");
 }
 /** @param {number} seconds */
 function keepLast(seconds) {
@@ -211,6 +225,9 @@ const keys = new Keys(
   (held, timeMs) => {
     showHeld(held);
     guide.steers(held);
+    const { status } = store.state;
+    // Who steers what plays takes over; where there is nowhere to record it yet, that is made first.
+    if (held.length && status?.mode === "play" && !status.session) link.command("take-over");
     link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence, for_ms: held.length ? GOOD_MS : null });
   },
   command,
@@ -218,7 +235,8 @@ const keys = new Keys(
 );
 keys.attachFrame(view);
 store.watch(({ status }) => {
-  const steering = status?.mode === "demonstrate" && status.phase !== "ended";
+  const modes = ["demonstrate", "correct", "play"];
+  const steering = modes.includes(status?.mode ?? "") && status?.phase !== "ended";
   if (!steering) keys.releaseAll();
 });
 
@@ -236,7 +254,8 @@ sheet(STUDIO, () => store.state.scene);
 steps(store, {
   demonstrate: () => {
     const { options, others } = store.state;
-    link.command("demonstrate", { options, others });
+    const pushes = byId("pushes", HTMLInputElement).checked;
+    link.command("demonstrate", { options, others, pushes });
     focusView();
   },
   clean: () => onSession(async (id) => onJob(await api.clean(id, review.settings()))),
@@ -295,6 +314,29 @@ takes(store, {
   },
   reload: (some) => reload(store.state.policy, some),
 });
+const failed = failures(store, {
+  play: (more) => {
+    link.command("play", more);
+    focusView();
+  },
+  onJob,
+});
+const unshown = unvisited(store, {
+  visit: (more) => {
+    link.command("visit", more);
+    focusView();
+  },
+  onJob,
+});
+const whyNow = why(store, {
+  ask: () => (link.stage ? api.why(link.stage.id) : Promise.resolve(null)),
+  command: (name, more) => {
+    link.command(name, more);
+    focusView();
+  },
+  notify,
+});
+gauge(store, whyNow);
 options(store);
 keepPlace(store);
 policies(store);

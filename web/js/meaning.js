@@ -14,12 +14,12 @@ import { acting } from "./shortcuts.js";
  */
 export function meaningOf(groups, state, event, onControl) {
   const { status, scene } = state;
-  const demonstrating = acting(state) && status?.mode === "demonstrate";
+  const demonstrating = acting(state) && ["demonstrate", "correct"].includes(status?.mode ?? "");
   if (scene && acting(state) && !event.ctrlKey && !event.metaKey && !event.altKey) {
     const steers = scene.controls.some(
       ({ negative, positive }) => negative.includes(event.code) || positive.includes(event.code),
     );
-    if (steers) return { kind: demonstrating ? "hold" : "swallow" };
+    if (steers) return { kind: "hold" };
     const signal = scene.signals.find(({ key }) => key === event.code);
     if (signal) return { kind: "signal", name: signal.name };
   }

@@ -14,7 +14,8 @@ export const policy = (state) => state.policies.find(({ name }) => name === stat
 
 /** @param {State} state */
 const demonstrating = ({ status }) =>
-  status?.mode === "demonstrate" && ["countdown", "recording", "paused"].includes(status.phase);
+  ["demonstrate", "correct"].includes(status?.mode ?? "") &&
+  ["countdown", "recording", "paused"].includes(status?.phase ?? "");
 
 /**
  * @param {Pick<State, "jobs" | "session">} state
@@ -61,7 +62,7 @@ export function needs(state) {
 export function notNow({ status }, name) {
   const { phase, mode } = status ?? { phase: "ready", mode: null };
   if (name === "another") {
-    const taking = mode === "demonstrate" && (phase === "recording" || phase === "paused");
+    const taking = ["demonstrate", "correct"].includes(mode ?? "") && (phase === "recording" || phase === "paused");
     return taking ? "A take is about one character. Stop it first." : null;
   }
   if (name === MARK && mode !== "demonstrate") return "Moments are marked in a take. Demonstrate first.";

@@ -34,6 +34,11 @@ const comparing = (state) => reviewing(state) && state.conflict !== null;
 const going = ({ status }) => status !== null && status.mode !== null && status.mode !== "review";
 /** @param {State} state */
 const taking = ({ status }) => status?.mode === "demonstrate";
+/** @param {State} state */
+const correcting = ({ status }) => status?.mode === "correct" && status.phase !== "ended";
+/** @param {State} state */
+const playing = ({ status }) =>
+  status?.mode === "play" && ["playing", "paused"].includes(status.phase);
 
 /** @type {Group[]} */
 const EVERYWHERE = [
@@ -77,7 +82,12 @@ export const STUDIO = [
         words: "keep the last seconds",
         when: (state) => taking(state) && !!state.status?.pairs,
       },
-      { keys: ["Backspace"], does: "discard", words: "throw the take away", when: taking },
+      {
+        keys: ["Backspace"],
+        does: "discard",
+        words: "throw the take away",
+        when: (state) => taking(state) || correcting(state),
+      },
       {
         keys: ["KeyL"],
         does: "look-back",
@@ -110,6 +120,22 @@ export const STUDIO = [
       { keys: ["Delete"], does: "conflict-delete", words: "delete it", on: "[data-verdict=delete]", when: comparing },
       { keys: ["KeyM"], does: "conflict-missing", words: "something is missing here",
         on: "[data-verdict=missing]", when: comparing },
+    ],
+  },
+  {
+    title: "While a policy plays",
+    shortcuts: [
+      {
+        keys: ["KeyY"],
+        does: "why",
+        words: "why did it do that?",
+        on: "#gauge",
+        when: ({ status }) => ["play", "review", "correct"].includes(status?.mode ?? ""),
+      },
+      { keys: ["KeyT"], does: "take-over", words: "take over; so does any key that steers", when: playing },
+      { keys: ["KeyT"], does: "hand-back", words: "hand back", when: correcting },
+      { keys: ["KeyG"], does: "fails", words: "take me to where it fails", on: "#fails", press: true },
+      { keys: ["KeyO"], does: "unvisited", words: "take me where I have not been", on: "#unvisited" },
     ],
   },
   {

@@ -45,9 +45,18 @@
  *   decides_s: number | null, lead: number | null, camera: string, cameras: string[],
  *   problem: string | null, options: Record<string, number>, position_s: number | null,
  *   length_s: number, speed: number, take: number | null, familiarity: number | null, seed: number,
- *   forked: boolean}} Status
+ *   forked: boolean, silent: string | null, forgotten: number,
+ *   by_hand: boolean, pushed: boolean, pushes: boolean}} Status
+ * @typedef {{take: number | null, step: number | null, number: number | null,
+ *   session: string | null, seconds: number | null, distance: number, weight: number,
+ *   action: Record<string, number> | null}} ShownMoment
+ * @typedef {{policy: string, silent: string | null, familiarity: number | null,
+ *   agreement: number | null, moments: ShownMoment[]}} Why
+ * @typedef {{seed: number, outcome: string, seconds: number}} Failure
+ * @typedef {{take: number, number: number, step: number, keys: string[], steps: number,
+ *   seconds: number, familiarity: number}} Place
  * @typedef {{first_s: number, length_s: number, familiarity: (number | null)[],
- *   happenings: {seconds: number, kind: "sign" | "near" | "outcome", says: string}[]}} Strip
+ *   happenings: {seconds: number, kind: "sign" | "near" | "hand" | "outcome", says: string}[]}} Strip
  * @typedef {{id: string, scene: string, view: string, socket: string}} Stage
  * @typedef {{name: string, kind: "own" | "shipped" | "program"}} PilotEntry
  * @typedef {{id: number, scene: string, created_at: number, says: string[],

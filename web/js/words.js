@@ -65,13 +65,13 @@ export function phaseWords({ phase, mode, policy, take }, number) {
     case "countdown":
       return "Get ready";
     case "recording":
-      return "Recording";
+      return mode === "correct" ? `You steer instead of ${policy}` : "Recording";
     case "paused":
       return "Paused";
     case "playing":
       return policy ? `Playing ${policy}` : "Playing";
     case "ended":
-      return mode === "play" ? "Playing ended" : "Take ended";
+      return mode === "play" ? "Playing ended" : mode === "correct" ? "Correction ended" : "Take ended";
     case "reviewing":
       return take === null ? "Looking back" : `Looking at take ${number ?? ""}`;
   }

@@ -1,0 +1,111 @@
+/** Take me to where it fails: failures are found without a screen, and gone to 3 s before them. */
+
+import { api } from "./api.js";
+import { byId, make, say } from "./dom.js";
+import { jobOf, needs } from "./needs.js";
+import { attempt, notify } from "./notices.js";
+import { duration, outcomeWords, plural } from "./words.js";
+
+/** @typedef {import("./types.js").Failure} Failure */
+/** @typedef {import("./types.js").Job} Job */
+
+const BEFORE_S = 3;
+/** What a world is told for that went well, but only just. */
+const NEAR = "near";
+
+/** @param {Failure} failure */
+const words = ({ outcome }) => (outcome === NEAR ? "A close call" : outcomeWords(outcome));
+
+/** Why none can be looked for now. @param {import("./types.js").State} state */
+const why = (state) =>
+  jobOf(state, "failures") ? "Failures are being looked for" : needs(state).play;
+
+/**
+ * @param {import("./store.js").Store} store
+ * @param {{play: (more: object) => void, onJob: (job: Job) => void}} act
+ * @returns {(job: Job) => void} what to do with a job that is done
+ */
+export function failures(store, act) {
+  const button = byId("fails", HTMLButtonElement);
+  const says = byId("fails-says", HTMLElement);
+  const list = byId("failures", HTMLElement);
+  /** @type {Failure[]} */
+  let found = [];
+  let next = 0;
+  /** Whose they are, and in which worlds. */
+  let key = "";
+  let series = 0;
+  /** Jobs of this page. @type {Set<number>} */
+  const asked = new Set();
+
+  const present = () => JSON.stringify([store.state.policy, store.state.scene?.name, store.state.options]);
+
+  /** @param {number} number */
+  function go(number) {
+    const { policy, options } = store.state;
+    const failure = found[number];
+    next = number + 1;
+    const seconds = Math.max(failure.seconds - BEFORE_S, 0);
+    act.play({ policy, options, seed: failure.seed, seconds });
+    const left = Math.min(failure.seconds, BEFORE_S).toFixed(0);
+    notify(`${words(failure)}, ${left} s from here. Steer to show how it is done, or watch it with Space.`);
+    show();
+  }
+
+  async function look() {
+    const { policy, scene, options } = store.state;
+    if (policy === null || scene === null) return;
+    if (key !== present()) series = 0;
+    key = present();
+    found = [];
+    show();
+    const job = await api.findFailures(policy, scene.name, options, series++);
+    asked.add(job.id);
+    act.onJob(job);
+  }
+
+  function show() {
+    const { state } = store;
+    if (key !== present()) say(says, "");
+    const mine = key === present() ? found : [];
+    list.hidden = mine.length === 0;
+    list.replaceChildren(
+      ...mine.map((failure, number) => {
+        const title = `${words(failure)} after ${duration(failure.seconds)}`;
+        const there = make(
+          "button",
+          { type: "button", "aria-pressed": String(number === next - 1), title, "aria-label": title },
+          duration(failure.seconds),
+        );
+        there.addEventListener("click", () => go(number));
+        return make("li", {}, there);
+      }),
+    );
+    const missing = why(state);
+    button.setAttribute("aria-disabled", String(missing !== null));
+    button.title = missing ?? "";
+  }
+
+  button.addEventListener("click", () => {
+    const missing = why(store.state);
+    if (missing) return notify(missing);
+    if (key === present() && next < found.length) go(next);
+    else attempt(look);
+  });
+  store.watch((state, before) => {
+    const changed = state.policy !== before.policy || state.options !== before.options;
+    const able = state.jobs !== before.jobs || state.policies !== before.policies;
+    if (changed || able || state.connected !== before.connected) show();
+  });
+
+  return (job) => {
+    if (job.kind !== "failures" || !asked.delete(job.id) || key !== present()) return;
+    const { worlds, failed, failures: told } = /** @type {any} */ (job.result);
+    found = told;
+    next = 0;
+    const close = found.length ? " These were its closest calls." : "";
+    say(says, `It failed in ${failed || "none"} of ${plural(worlds, "world")}.${failed ? "" : close}`);
+    if (found.length) go(0);
+    else show();
+  };
+}
