@@ -21,30 +21,35 @@ class _Axis:
     target: float = 0.0
     """Where the keys push it at that moment."""
     since: float = -np.inf
-    """When they began to push it there."""
-    changes: list[tuple[float, float]] = field(default_factory=list)
-    """Later (time, target), in order."""
+    """When they began to push it there, of the time that was read."""
+    until: float = -np.inf
+    """Where the last interval read ended."""
+    changes: list[tuple[float, float, float]] = field(default_factory=list)
+    """Later (time, target, shortest time of the push before), in order."""
 
     def ask(self, at: float, target: float, hold_s: float) -> None:
-        """From `at` on the keys push towards `target`; a push lasts at least `hold_s`."""
-        last_at, last_target = self.changes[-1] if self.changes else (self.since, self.target)
-        if target == last_target:
-            return
-        if last_target != 0.0:
-            at = max(at, last_at + hold_s)
-        self.changes.append((max(at, last_at), target))
+        """From `at` on the keys push towards `target`; a push before it lasts at least `hold_s`."""
+        if target != (self.changes[-1][1] if self.changes else self.target):
+            self.changes.append((at, target, hold_s))
 
     def read(self, start: float, end: float) -> float:
         """Mean deflection over the interval, which follows the one read before.
 
         Of a latched control the deflection at its end: a push that lasts a step is still on then.
+        What changed in time that nobody reads, while the clock stood, counts from `start` on.
         """
+        if np.isfinite(self.until):
+            self.since += max(start - self.until, 0.0)
+        self.until = end
         area, now = 0.0, start
-        while self.changes and self.changes[0][0] < end:
-            at, target = self.changes.pop(0)
-            area += self._move(max(at, now) - now)
-            now = max(at, now)
-            self.target, self.since = target, at
+        while self.changes:
+            at, target, hold_s = self.changes[0]
+            at = max(at, now, self.since + hold_s if self.target else now)
+            if at >= end:
+                break
+            del self.changes[0]
+            area += self._move(at - now)
+            now, self.target, self.since = at, target, at
         area += self._move(end - now)
         return self.deflection if self.control.latched else area / (end - start)
 

@@ -82,25 +82,36 @@ def test_a_tap_that_arrives_late_counts_too() -> None:
     assert read(held, 10, 3)[:, 0].sum() > 0.01
 
 
-@given(st.lists(st.tuples(st.floats(0.0, 3.0), st.floats(0.0, 3.0)), min_size=1, max_size=20))
+@given(
+    st.lists(
+        st.tuples(st.floats(0.0, 3.0), st.floats(0.0, 3.0), st.sampled_from([0.0, 0.0, 5.3])),
+        min_size=1,
+        max_size=20,
+    )
+)
 def test_however_presses_fall_between_readings_each_counts_for_a_step(
-    edges: list[tuple[float, float]],
+    edges: list[tuple[float, float, float]],
 ) -> None:
-    """Each edge comes so many steps after the one before, and so many later still it arrives."""
-    held, at, arrived, step = keys(), 0.0, 0.0, 0
-    total, down = 0.0, False
-    edges = edges[: len(edges) // 2 * 2] or [edges[0], edges[0]]
-    for gap, delay in edges:
+    """Each edge comes so many steps after the one before, so many later still it arrives, and the
+    clock stood still so long before the next reading."""
+    held, at, arrived, now = keys(), 0.0, 0.0, 0.0
+    total, presses = 0.0, 0
+    edges = [*edges, *edges]
+    for number, (gap, delay, stand) in enumerate(edges):
         at += gap
         arrived = max(arrived, at + delay)
-        while step + 1 <= arrived:
-            total += read(held, 1, step)[0, 1]
-            step += 1
-        down = not down
-        held.hold(["KeyW"] if down else [], at * DT)
-    total += read(held, len(edges) + 1, step)[:, 1].sum()
-    assert total / 0.4 > len(edges) / 2 - 1e-9
-    assert read(held, 1, step + len(edges) + 1)[0, 1] == 0.0
+        while now + 1.0 <= arrived:
+            total += held.read(now * DT, (now + 1.0) * DT)[0, 1]
+            now += 1.0
+        presses += number % 2 == 0
+        held.hold(["KeyW"] if number % 2 == 0 else [], at * DT)
+        now += stand
+        at += stand
+    for step in range(len(edges) + 1):
+        total += held.read((now + step) * DT, (now + step + 1.0) * DT)[0, 1]
+    assert total / 0.4 > presses - 1e-9
+    now += len(edges) + 1
+    assert held.read(now * DT, (now + 1.0) * DT)[0, 1] == 0.0
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 4.0), st.sets(st.sampled_from(["KeyA", "KeyD", "KeyW"])))))
