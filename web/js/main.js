@@ -270,13 +270,12 @@ steps(store, {
   },
   stop: () => link.command("stop"),
   undo: () => link.command("undo"),
+  unclean: () =>
+    onSession(async (id) => {
+      await api.unclean(id);
+      await reload();
+    }),
 });
-byId("unclean", HTMLButtonElement).addEventListener("click", () =>
-  onSession(async (id) => {
-    await api.unclean(id);
-    await reload();
-  }),
-);
 sessions(store, {
   chooseScene: (name) => {
     const scene = store.state.scenes.find((one) => one.name === name) ?? null;

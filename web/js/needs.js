@@ -1,7 +1,8 @@
 /** What is possible now; where something is not, the sentence that says what it needs first. */
 
 /** @typedef {import("./types.js").State} State */
-/** @typedef {"demonstrate" | "clean" | "fit" | "play" | "stop" | "undo"} Action */
+/** @typedef {"demonstrate" | "clean" | "fit" | "play" | "stop" | "undo" |
+ *   "unclean"} Action */
 
 /** The signal that marks the moment of a switch. */
 export const MARK = "mark";
@@ -50,6 +51,7 @@ export function needs(state) {
     fit: away ?? work(state, "fit"),
     play: away ?? (chosen === null ? "Fit a policy first" : chosen.problem),
     stop: away ?? (status?.phase === "ready" ? "Nothing is running" : null),
+    unclean: away ?? (session(state)?.cleaning ? null : "Nothing was cleaned"),
     undo: away ?? (status?.can_undo ? null : "Nothing was thrown away"),
   };
 }

@@ -12,7 +12,7 @@ import { LEARNERS, count, plural } from "./words.js";
 const REPORTED = 3;
 
 /** @type {Action[]} */
-const ACTIONS = ["demonstrate", "clean", "fit", "play", "stop", "undo"];
+const ACTIONS = ["demonstrate", "clean", "fit", "play", "stop", "undo", "unclean"];
 
 /**
  * @param {import("./store.js").Store} store
@@ -42,7 +42,6 @@ export function steps(store, act) {
       bar(button, missing[action]);
       button.classList.toggle("next", action === next && missing[action] === null);
     }
-    byId("unclean", HTMLElement).hidden = !session(state)?.cleaning;
     const done = finished(state);
     for (const item of document.querySelectorAll(".step")) {
       const step = /** @type {HTMLElement} */ (item).dataset.step ?? "";
