@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import uvicorn
 from fastapi import FastAPI
-from playwright.sync_api import Browser, Frame, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Frame, Page, Playwright, expect, sync_playwright
 
 from evastudio.api.context import Context
 from evastudio.live.live_stage import LiveStage
@@ -39,14 +39,19 @@ expect.set_options(timeout=WAIT_MS)
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
+def playwright() -> Iterator[Playwright]:
     """Closed after each module: its event loop would be in the way of other tests' own."""
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), args=FLAGS, headless=True
-        )
-        yield chromium
-        chromium.close()
+    with sync_playwright() as started:
+        yield started
+
+
+@pytest.fixture(scope="module")
+def browser(playwright: Playwright) -> Iterator[Browser]:
+    chromium = playwright.chromium.launch(
+        executable_path=shutil.which("chromium"), args=FLAGS, headless=True
+    )
+    yield chromium
+    chromium.close()
 
 
 @pytest.fixture
@@ -71,6 +76,7 @@ class Running:
     url: str
     workspace: Workspace
     app: FastAPI
+    server: uvicorn.Server
 
     @property
     def context(self) -> Context:
@@ -117,31 +123,33 @@ def run_studio(tmp_path: Path) -> Iterator[Callable[[], Running]]:
             listener.close()
 
         ends.append(end)
-        return Running(f"http://127.0.0.1:{port}/?token={settings.token}", settings.workspace, app)
+        return Running(
+            f"http://127.0.0.1:{port}/?token={settings.token}", settings.workspace, app, server
+        )
 
     yield start
     for end in ends:
         end()
 
 
+def enter(page: Page, studio: Running) -> Open:
+    """Open the printed address and wait until the stage is there and drawn."""
+    page.goto(studio.url)
+    element = page.wait_for_selector("#view[src]")
+    assert "token" not in page.url
+    assert element is not None
+    frame = element.content_frame()
+    assert frame is not None
+    frame.wait_for_selector("canvas")
+    expect(page.locator("#phase[data-phase=ready]")).to_be_attached()
+    (stage,) = studio.context.stages.all()
+    return Open(studio, stage, frame)
+
+
 @pytest.fixture
 def open_page(page: Page, run_studio: Callable[[], Running]) -> Callable[[], Open]:
-    """Open the printed address and wait until the stage is there and drawn."""
-
-    def enter(studio: Running | None = None) -> Open:
-        studio = studio or run_studio()
-        page.goto(studio.url)
-        element = page.wait_for_selector("#view[src]")
-        assert "token" not in page.url
-        assert element is not None
-        frame = element.content_frame()
-        assert frame is not None
-        frame.wait_for_selector("canvas")
-        expect(page.locator("#phase[data-phase=ready]")).to_be_attached()
-        (stage,) = studio.context.stages.all()
-        return Open(studio, stage, frame)
-
-    return enter
+    """Open the page of a studio, as `enter` does, and of a new one where none is given."""
+    return lambda studio=None: enter(page, studio or run_studio())
 
 
 @pytest.fixture(scope="session")
