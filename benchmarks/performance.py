@@ -17,7 +17,7 @@ from pathlib import Path
 
 import matplotlib as mpl
 
-from benchmarks import fields, neighbors, svr
+from benchmarks import fields, forgetting, neighbors, svr
 from benchmarks.neighbors import BATCH, Cost, K
 from benchmarks.report import ROOT, commit, where_and_when, write_section
 from benchmarks.steering import steered
@@ -176,6 +176,7 @@ def main() -> None:
     ]
     write_section(docs / "performance.md", "learning", "\n".join(lines))
     fields.write(docs, quick)
+    forgetting.write(docs, quick)
     print((docs / "performance.md").read_text(encoding="utf-8"))
 
 

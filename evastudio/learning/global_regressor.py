@@ -12,7 +12,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from evastudio.errors import InvalidInputError
 from evastudio.learning.checking import checked_indices, checked_states
-from evastudio.learning.learner import Indices, Reasons, agreement
+from evastudio.learning.learner import Indices, Reasons, Spread, agreement
 from evastudio.learning.neighbors import NeighborIndex
 from evastudio.learning.scaling import Scaling
 from evastudio.learning.vector_regressor import VectorRegressor
@@ -33,6 +33,8 @@ class GlobalRegressor(VectorRegressor, BaseEstimator, ABC):  # type: ignore[misc
     """As given, where it has pairs."""
     _scaling: Scaling
     _index: NeighborIndex | None
+    _spread: Spread
+    """Of the actions, as far as `_index` is there."""
 
     def explain(self, states: Any) -> Reasons:
         """The nearest demonstrations, how much each weighs, and whether they agree.
@@ -46,12 +48,12 @@ class GlobalRegressor(VectorRegressor, BaseEstimator, ABC):  # type: ignore[misc
             if len(shown) == 0:
                 nothing = np.empty((len(asked), 0))
                 return Reasons(nothing.astype(np.int64), nothing, nothing, None)
-            self._index = NeighborIndex(shown)
+            self._index, self._spread = NeighborIndex(shown), Spread(self.actions_)
         distances, nearest = self._index.nearest(asked, min(NEIGHBORS, len(self._index)))
         weights = self._weights(distances)
         if not hasattr(self, "actions_"):
             return Reasons(nearest, distances, weights, None)
-        agreed = agreement(self.actions_[nearest], weights, self.actions_)
+        agreed = agreement(self.actions_[nearest], weights, self._spread)
         return Reasons(nearest, distances, weights, agreed)
 
     def shown(self, pairs: Indices) -> Array | None:

@@ -54,14 +54,39 @@ class Reasons:
     shape (queries,). None where the learner kept no demonstrated actions."""
 
 
-def agreement(actions: Array, weights: Array, among: Array) -> Array:
+class Spread:
+    """How far actions are from their mean, on average and squared, as some come and go."""
+
+    def __init__(self, actions: Array) -> None:
+        """Of `actions` (pairs, m)."""
+        self._about = actions.mean(axis=0)
+        self._count = 0
+        self._sum = np.zeros(actions.shape[1])
+        self._squares = 0.0
+        self.add(actions)
+
+    def add(self, actions: Array, times: int = 1) -> None:
+        """Count `actions` (any, m) too, or with -1 no more."""
+        apart = actions - self._about
+        self._count += times * len(actions)
+        self._sum += times * apart.sum(axis=0)
+        self._squares += times * float((apart**2).sum())
+
+    @property
+    def value(self) -> float:
+        """The mean square."""
+        mean = self._sum / self._count
+        return max(0.0, self._squares / self._count - float(mean @ mean))
+
+
+def agreement(actions: Array, weights: Array, among: Spread) -> Array:
     """How far neighbours agree, as `Reasons.agreement`, shape (queries,).
 
-    `actions` (queries, k, m) are theirs, `weights` (queries, k), `among` (pairs, m) those of all.
+    `actions` (queries, k, m) are theirs, `weights` (queries, k), `among` the spread of all.
     """
     mean = (weights[:, :, None] * actions).sum(axis=1, keepdims=True)
     spread = (weights[:, :, None] * (actions - mean) ** 2).sum(axis=(1, 2))
-    at_large = float(((among - among.mean(axis=0)) ** 2).sum(axis=1).mean())
+    at_large = among.value
     share = np.sqrt(spread / at_large) if at_large > 0.0 else np.zeros(len(spread))
     return np.clip(1.0 - share, 0.0, 1.0)
 

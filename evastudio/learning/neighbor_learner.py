@@ -17,7 +17,7 @@ from evastudio.learning.checking import (
     checked_pairs,
     checked_states,
 )
-from evastudio.learning.learner import SMALLEST, Layout, Reasons, Stored, agreement
+from evastudio.learning.learner import SMALLEST, Layout, Reasons, Spread, Stored, agreement
 from evastudio.learning.neighbors import Averaging, Indices, NeighborIndex, Way
 from evastudio.learning.scaling import Scaling
 from evastudio.learning.vector_regressor import VectorRegressor
@@ -42,6 +42,7 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
     """Standardised, shape (n_pairs, n_states)."""
     actions_: Array
     """Shape (n_pairs, n_actions)."""
+    _spread: Spread | None
 
     def fit(self, states: Any, actions: Any = None) -> Self:
         """Remember the pairs: states (pairs, n), actions (pairs, m) or (pairs,)."""
@@ -69,6 +70,7 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
         self._index = NeighborIndex(self.states_, way)
         self._scaling = Scaling(self.offset_, self.scale_)
         self._slots = np.ascontiguousarray(self.actions_)
+        self._spread = None
         return self
 
     def add_pairs(self, states: Any, actions: Any) -> Self:
@@ -83,6 +85,8 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
         self.states_ = np.concatenate([self.states_, scaled])
         self.actions_ = np.concatenate([self.actions_, more])
         self._slots = np.concatenate([self._slots, more])
+        if self._spread is not None:
+            self._spread.add(more)
         return self
 
     def remove_pairs(self, pairs: ArrayLike) -> Self:
@@ -98,6 +102,8 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
                 f"k={self.k} that a decision is made from; choose a smaller k or keep more."
             )
         self._index.remove(gone)
+        if self._spread is not None:
+            self._spread.add(self.actions_[gone], -1)
         self.states_ = np.delete(self.states_, gone, axis=0)
         self.actions_ = np.delete(self.actions_, gone, axis=0)
         return self
@@ -111,8 +117,14 @@ class NeighborLearner(BaseEstimator):  # type: ignore[misc]
         check_is_fitted(self)
         distances, pairs = self.nearest(checked_states(self, states))
         weights = self.weigh(distances)
-        agreed = agreement(self.actions_[pairs], weights, self.actions_)
+        agreed = agreement(self.actions_[pairs], weights, self._spread_of_all())
         return Reasons(pairs, distances, weights, agreed)
+
+    def _spread_of_all(self) -> Spread:
+        """Worked out when first asked for: it looks at every pair."""
+        if self._spread is None:
+            self._spread = Spread(self.actions_)
+        return self._spread
 
     def weigh(self, distances: Array) -> Array:
         """What each neighbour counts, (queries, k), rows summing to 1: here all the same."""

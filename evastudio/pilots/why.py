@@ -111,7 +111,7 @@ class Reasoner:
         for pilot in _policies(self._pilot):
             moments = pilot.policy.moments
             if moments is not None:
-                pairs = np.flatnonzero((moments == (take, step)).all(axis=1))
+                pairs = np.flatnonzero((moments[:, 1] == step) & (moments[:, 0] == take))
                 if len(pairs):
                     return pilot, pairs
         raise NotFoundError(

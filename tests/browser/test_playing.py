@@ -11,7 +11,7 @@ from playwright.sync_api import Page, expect
 from evastudio.demonstrations.records import RECORDED
 from evastudio.demonstrations.store import Store
 from evastudio.live import headless
-from tests.browser.acting import FRAMES, at_least, moment, phase
+from tests.browser.acting import FRAMES, at_least, focus_view, moment, phase
 
 if TYPE_CHECKING:
     from conftest import Open, Running
@@ -41,8 +41,8 @@ def test_what_plays_is_asked_why_and_taught_better(
     expect(page.locator("#gauge-fill")).to_be_visible()
     expect(page.locator("#gauge-says")).to_contain_text("your takes")
 
-    # Held still, it tells which moments the decision came from.
-    page.keyboard.press("Space")
+    # A click into the view holds it still, and tells which moments the decision came from.
+    focus_view(page)
     phase(page, "paused")
     rows = page.locator("#why-moments > li")
     why = stage.correcting.why()

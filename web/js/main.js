@@ -336,6 +336,10 @@ const whyNow = why(store, {
   notify,
 });
 gauge(store, whyNow);
+pointer.clicked = () => {
+  const { status } = store.state;
+  if (status?.mode === "play" && status.phase === "playing") whyNow();
+};
 options(store);
 keepPlace(store);
 policies(store);

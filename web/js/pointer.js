@@ -3,6 +3,10 @@
 /** Across and up, from -1 to 1, and the view's width over its height. */
 /** @typedef {[number, number, number]} Place */
 
+/** A press that moves farther, in pixels, or lasts longer, in milliseconds, is no click. */
+const NEAR = 5;
+const BRIEF = 400;
+
 export class Pointer {
   /** @param {HTMLIFrameElement} frame same-origin, followed through all its reloads */
   constructor(frame) {
@@ -11,11 +15,16 @@ export class Pointer {
     this.at = null;
     /** @type {((place: Place | null) => void) | null} Who waits for a click in the view. */
     this.waiting = null;
+    /** Told of clicks in the view that nobody waits for, and that turn no camera. */
+    this.clicked = () => {};
+    /** @type {[number, number, number] | null} Where and when the button went down. */
+    this.down = null;
     const attach = () => {
       const view = frame.contentWindow;
       const early = { capture: true };
       view?.addEventListener("pointermove", (event) => this.moved(event), early);
       view?.addEventListener("pointerdown", (event) => this.pressed(event), early);
+      view?.addEventListener("pointerup", (event) => this.released(event), early);
       view?.document.documentElement.addEventListener("pointerleave", () => (this.at = null));
     };
     frame.addEventListener("load", attach);
@@ -49,10 +58,21 @@ export class Pointer {
   /** @param {PointerEvent} event */
   pressed(event) {
     this.moved(event);
+    const { button, clientX, clientY, timeStamp } = event;
+    this.down = button === 0 && !this.picking ? [clientX, clientY, timeStamp] : null;
     if (!this.picking) return;
     event.stopImmediatePropagation();
     event.preventDefault();
     this.answer(this.place());
+  }
+
+  /** @param {PointerEvent} event */
+  released({ button, clientX, clientY, timeStamp }) {
+    if (this.down === null || button !== 0) return;
+    const [x, y, since] = this.down;
+    this.down = null;
+    const near = Math.hypot(clientX - x, clientY - y) <= NEAR;
+    if (near && timeStamp - since <= BRIEF) this.clicked();
   }
 
   /** @param {Place | null} place */
