@@ -34,7 +34,7 @@ class GlobalRegressor(VectorRegressor, BaseEstimator, ABC):  # type: ignore[misc
     _scaling: Scaling
     _index: NeighborIndex | None
     _spread: Spread
-    """Of the actions, as far as `_index` is there."""
+    """Of the actions, where there are any, as soon as `_index` is there."""
 
     def explain(self, states: Any) -> Reasons:
         """The nearest demonstrations, how much each weighs, and whether they agree.
@@ -48,7 +48,9 @@ class GlobalRegressor(VectorRegressor, BaseEstimator, ABC):  # type: ignore[misc
             if len(shown) == 0:
                 nothing = np.empty((len(asked), 0))
                 return Reasons(nothing.astype(np.int64), nothing, nothing, None)
-            self._index, self._spread = NeighborIndex(shown), Spread(self.actions_)
+            self._index = NeighborIndex(shown)
+            if hasattr(self, "actions_"):
+                self._spread = Spread(self.actions_)
         distances, nearest = self._index.nearest(asked, min(NEIGHBORS, len(self._index)))
         weights = self._weights(distances)
         if not hasattr(self, "actions_"):

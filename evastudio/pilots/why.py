@@ -95,7 +95,7 @@ class Reasoner:
                 f"“{self._pilot.name}” decides by a program here: it was not shown what to do, so "
                 "there are no moments that it decides from."
             )
-        if len(why.pairs) == 0 or why.moments is None:
+        if len(why.pairs) == 0 or why.moments is None or why.actions is None:
             return (
                 f"“{why.policy}” was saved in a compact form, without the moments it learned from: "
                 "it cannot tell why, nor how like your takes this is. A policy that you fit from "
