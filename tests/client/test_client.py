@@ -88,6 +88,13 @@ def test_work_is_followed_to_its_result_and_policies_are_asked(
     told: list[client.Job] = []
     preview = far.jobs.wait(far.sessions.preview_cleaning(number, delay="off", worst=3))
     assert far.sessions.get(number).cleaning is None
+    loose, strict = (far.sessions.conflicts(number, threshold=at) for at in (1.4, 0.02))
+    assert loose.goes < strict.goes
+    worst = strict.items[0]
+    far.sessions.judge(number, worst.take, worst.step, "keep")
+    kept = far.sessions.conflicts(number, threshold=0.02)
+    assert (kept.goes, kept.items[0].verdict) == (strict.goes - 1, "keep")
+    far.sessions.judge(number, worst.take, worst.step, None)
     done = far.jobs.wait(far.sessions.clean(number, delay="off"), told.append)
     assert told[-1] == done == far.jobs.get(done.id)
     assert [job.progress for job in told] == sorted(job.progress for job in told)

@@ -34,7 +34,7 @@ const keyOf = ({ take, step }) => `${take}.${step}`;
 
 /**
  * @param {import("./store.js").Store} store
- * @param {{compare: (take: number, step: number) => void,
+ * @param {{compare: (take: number, step: number, clicked: boolean) => void,
  *   look: (session: number, neighbors: number) => Promise<void>}} act
  */
 export function conflicts(store, act) {
@@ -70,6 +70,7 @@ export function conflicts(store, act) {
       const told = await api.conflicts(id, threshold, SHOWN);
       if (id === session()) found = told;
       if (told.stale) look();
+      else compared.value = String(told.neighbors);
     } catch (error) {
       found = null;
       if (error instanceof Refusal && error.status === 404) look();
@@ -103,13 +104,38 @@ export function conflicts(store, act) {
     await read();
   }
 
-  /** @param {Conflict} one */
-  function choose(one) {
+  /** The others that lie around one in its take, without a gap. @param {Conflict} one */
+  function around(one) {
+    const items = (found?.items ?? []).filter(({ take }) => take === one.take);
+    const steps = new Set(items.map(({ step }) => step));
+    let [first, last] = [one.step, one.step];
+    while (steps.has(first - 1)) first -= 1;
+    while (steps.has(last + 1)) last += 1;
+    return items.filter(({ step }) => step >= first && step <= last && step !== one.step);
+  }
+
+  /** Say the same of all that lie around one. @param {Conflict} one */
+  async function judgeAround({ verdict, ...one }) {
+    const id = session();
+    if (id === null || verdict === null) return;
+    await Promise.all(
+      around({ verdict, ...one }).map(({ take, step }) => api.judge(id, take, step, verdict)),
+    );
+    await read();
+  }
+
+  /** @param {Conflict} one @param {boolean} [clicked] with the pointer, not by a key */
+  function choose(one, clicked = false) {
     store.set({ conflict: { take: one.take, step: one.step } });
-    act.compare(one.take, one.step);
+    act.compare(one.take, one.step, clicked);
     tell();
     rows.get(keyOf(one))?.element.scrollIntoView({ block: "nearest" });
   }
+
+  /** @param {Conflict} one @param {Verdict} verdict */
+  const judging = (one, verdict) => attempt(() => judge(one, verdict));
+  /** @param {Conflict} one */
+  const judgingAround = (one) => attempt(() => judgeAround(one));
 
   /** @param {number} by */
   function move(by) {
@@ -122,6 +148,9 @@ export function conflicts(store, act) {
 
   function tell() {
     byId("conflicts-found", HTMLElement).hidden = found === null;
+    const missing = needs(store.state).clean;
+    const idle = found === null && jobOf(store.state, "preview") === null;
+    say(byId("conflicts-none", HTMLElement), idle ? `${missing ?? "Nothing was compared so far"}.` : "");
     if (found === null) return;
     const { pairs, goes, symbols, limit, items } = found;
     const share = pairs ? Math.max(Math.round((100 * goes) / pairs), goes ? 1 : 0) : 0;
@@ -130,19 +159,20 @@ export function conflicts(store, act) {
     const some = `${count(goes)} of ${plural(pairs, "pair")} would go (${share} %).${left}`;
     say(byId("conflicts-says", HTMLElement), goes || items.length ? some : none);
     if (threshold === "auto") slider.value = String(notchOf(limit, symbols));
-    const off = `${percent(threshold === "auto" ? limit : threshold)} off`;
+    const off = percent(threshold === "auto" ? limit : threshold);
     say(byId("threshold-says", HTMLElement), threshold === "auto" ? `about ${off}` : off);
-    slider.setAttribute("aria-valuetext", `${off}, ${count(goes)} would go`);
+    slider.setAttribute("aria-valuetext", `${off} off, ${count(goes)} would go`);
     auto.setAttribute("aria-pressed", String(threshold === "auto"));
 
     const focused = document.activeElement;
     const keys = items.map(keyOf);
     for (const key of rows.keys()) if (!keys.includes(key)) rows.delete(key);
     const elements = items.map((one) => {
-      const row = rows.get(keyOf(one)) ?? new Row(choose, (it, verdict) => attempt(() => judge(it, verdict)));
+      const row = rows.get(keyOf(one)) ?? new Row(choose, judging, judgingAround);
       rows.set(keyOf(one), row);
       const now = chosen();
-      row.show(one, now !== null && keyOf(now) === keyOf(one), found?.neighbors ?? 0);
+      const near = one.verdict === null ? [] : around(one).filter(({ verdict }) => verdict !== one.verdict);
+      row.show(one, now !== null && keyOf(now) === keyOf(one), found?.neighbors ?? 0, near.length);
       return row.element;
     });
     if (elements.some((element, at) => list.children[at] !== element) || list.children.length !== keys.length) {
@@ -151,7 +181,10 @@ export function conflicts(store, act) {
     }
   }
 
-  box.addEventListener("toggle", () => attempt(read));
+  box.addEventListener("toggle", () => {
+    looked = "";
+    attempt(read);
+  });
   slider.addEventListener("input", () => {
     threshold = thresholdOf(slider.valueAsNumber, found?.symbols ?? false);
     attempt(read);
@@ -210,10 +243,11 @@ export function conflicts(store, act) {
 /** One conflict in the list. */
 class Row {
   /**
-   * @param {(one: Conflict) => void} choose
+   * @param {(one: Conflict, clicked: boolean) => void} choose
    * @param {(one: Conflict, verdict: Verdict) => void} judge
+   * @param {(one: Conflict) => void} judgeAround
    */
-  constructor(choose, judge) {
+  constructor(choose, judge, judgeAround) {
     /** @type {Conflict | null} */
     this.one = null;
     this.where = make("span", { class: "where" });
@@ -223,7 +257,7 @@ class Row {
     this.said = make("span", { class: "said" });
     this.look = make("button", { type: "button", class: "conflict", title: "Look at this moment" });
     this.look.append(this.where, this.off, this.bar, this.says, this.said);
-    this.look.addEventListener("click", () => this.one && choose(this.one));
+    this.look.addEventListener("click", ({ detail }) => this.one && choose(this.one, detail > 0));
     this.buttons = VERDICTS.map(([verdict, words, title]) => {
       const button = make("button", { type: "button", "data-verdict": verdict, title });
       button.append(words);
@@ -233,12 +267,19 @@ class Row {
     this.others = make("span", { class: "others" });
     const ways = make("p", { class: "ways" }, make("span", { class: "own" }, "what you did"), this.others);
     this.more = make("div", { class: "verdicts", role: "group", "aria-label": "What to do with it" });
-    this.more.append(ways, ...this.buttons);
+    this.near = make("button", { type: "button", class: "quiet", "data-does": "around" });
+    this.near.addEventListener("click", () => this.one && judgeAround(this.one));
+    this.more.append(ways, ...this.buttons, this.near);
     this.element = make("li", {}, this.look, this.more);
   }
 
-  /** @param {Conflict} one @param {boolean} shown @param {number} neighbors */
-  show(one, shown, neighbors) {
+  /**
+   * @param {Conflict} one
+   * @param {boolean} shown
+   * @param {number} neighbors that it was compared with
+   * @param {number} near others around it of which something else is said, or nothing
+   */
+  show(one, shown, neighbors, near) {
     this.one = one;
     this.element.dataset.take = String(one.take);
     this.element.dataset.step = String(one.step);
@@ -253,6 +294,8 @@ class Row {
     say(this.said, one.verdict ? SAID[one.verdict] : one.goes ? "" : "stays");
     say(this.others, `in ${count(neighbors)} moments like it`);
     this.more.hidden = !shown;
+    this.near.hidden = near === 0;
+    say(this.near, `The same for ${plural(near, "moment")} around it`);
     for (const button of this.buttons) {
       button.setAttribute("aria-pressed", String(button.dataset.verdict === one.verdict));
     }

@@ -216,7 +216,10 @@ const lookBack = timeline(store, {
   notify,
 });
 const review = conflicts(store, {
-  compare: (take, step) => link.command("compare", { take, step }),
+  compare: (take, step, clicked) => {
+    link.command("compare", { take, step });
+    if (clicked) focusView();
+  },
   look: async (id, neighbors) => onJob(await api.look(id, neighbors)),
 });
 const pointer = new Pointer(view);
