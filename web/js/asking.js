@@ -1,6 +1,6 @@
 /** What is to be compared: the scene, who, in how many worlds, and the button that begins. */
 
-import { byId, fill, make, say } from "./dom.js";
+import { bar, byId, fill, make, say } from "./dom.js";
 import { jobOf } from "./needs.js";
 import { notify } from "./notices.js";
 import { plural } from "./words.js";
@@ -60,7 +60,7 @@ export function asking(store, act) {
   });
   const tell = () => {
     const why = missing(store.state);
-    button.setAttribute("aria-disabled", String(why !== null));
+    bar(button, why);
     button.classList.toggle("next", why === null);
     const many = byId("worlds", HTMLInputElement).valueAsNumber;
     const ready = `${plural(store.state.chosen.length, "pilot")} through the same ${plural(many, "world")}.`;

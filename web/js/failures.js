@@ -1,7 +1,7 @@
 /** Take me to where it fails: failures are found without a screen, and gone to 3 s before them. */
 
 import { api } from "./api.js";
-import { byId, make, say } from "./dom.js";
+import { bar, byId, make, say } from "./dom.js";
 import { jobOf, needs } from "./needs.js";
 import { attempt, notify } from "./notices.js";
 import { duration, outcomeWords, plural } from "./words.js";
@@ -82,8 +82,7 @@ export function failures(store, act) {
       }),
     );
     const missing = why(state);
-    button.setAttribute("aria-disabled", String(missing !== null));
-    button.title = missing ?? "";
+    bar(button, missing);
   }
 
   button.addEventListener("click", () => {

@@ -171,6 +171,7 @@ export const STUDIO = [
       { keys: ["Shift+KeyT"], does: "takes", words: "the takes", on: "#takes-box > summary", press: true },
       { keys: ["Shift+KeyE"], does: "earlier", words: "earlier takes", on: "#takes-more", press: true },
       { keys: ["Shift+KeyO"], does: "world", words: "more of the world", on: "#options summary", press: true },
+      { keys: ["Shift+KeyV"], does: "further", words: "where I have not been", on: "#further > summary", press: true },
       { keys: ["Shift+KeyM"], does: "movement", words: "movement", on: "#movement > summary", press: true },
       { keys: ["KeyX"], does: "conflicts", words: "what cleaning takes out, and why", on: "#conflicts-summary", press: true },
       { keys: ["Shift+KeyA"], does: "threshold-auto", words: "how far is too far, by itself", on: "#threshold-auto", press: true },
@@ -219,7 +220,7 @@ export const WITHOUT = [
   [".notice button", "Notices", "close with their cross or by themselves"],
   ["#tour button", "The tour", "Tab leads through its card, Esc closes it"],
   [".job button", "Work under way", "is ended with the button beside it"],
-  ["dialog button", "Dialogs", "Esc closes them"],
+  ["dialog button, #why button", "Dialogs", "Esc closes them"],
   ["iframe", "The 3D view", "drag turns the camera, W A S D move it while nothing runs"],
 ];
 

@@ -1,7 +1,7 @@
 /** Take me where I have not been: takes begin where a short push leads to what none shows. */
 
 import { api } from "./api.js";
-import { byId } from "./dom.js";
+import { bar, byId } from "./dom.js";
 import { jobOf, session } from "./needs.js";
 import { attempt, notify } from "./notices.js";
 
@@ -54,8 +54,7 @@ export function unvisited(store, act) {
   });
   store.watch((state) => {
     const why = missing(state);
-    button.setAttribute("aria-disabled", String(why !== null));
-    button.title = why ?? "";
+    bar(button, why);
   });
 
   return (job) => {
