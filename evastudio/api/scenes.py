@@ -56,6 +56,8 @@ def _scene(scene: Scene) -> SceneOut:
                 label=control.label,
                 negative=control.negative,
                 positive=control.positive,
+                ramp_s=control.ramp_s,
+                reach=control.reach,
             )
             for control in scene.controls
         ],

@@ -20,10 +20,12 @@ from evastudio.api.paging import NamedPage
 from evastudio.api.people import Visitor
 from evastudio.api.rights import REFUSAL
 from evastudio.errors import InvalidInputError, NotFoundError, StudioError
+from evastudio.live.inputs import Feel
 from evastudio.live.jobs import Job
 from evastudio.live.live_stage import LiveStage
 from evastudio.live.pace import Pace
 from evastudio.live.pushing import Push
+from evastudio.live.series import Arrangement
 from evastudio.live.tokens import Role
 
 router = APIRouter(prefix="/stages", tags=["stages"])
@@ -202,7 +204,7 @@ class Drive:
             late = time.time() - keys.time_ms / 1000.0
             self._lag_s = min(self._lag_s, late)
             age_s = min(max(late - self._lag_s, 0.0), MAX_AGE_S)
-            self._stage.hold(keys.held, age_s, by=self)
+            self._stage.hold(keys.held, age_s, by=self, pushed=keys.pushed)
             self._release_after(keys.for_ms)
             self._put({"type": "ack", "seq": keys.seq})
         elif message.type == "command":
@@ -309,6 +311,10 @@ def perform(stage: LiveStage, command: CommandIn) -> None:
                 raise InvalidInputError("No take and push were given; say from where to go where.")
             push = Push(tuple(command.push.keys), command.push.steps)
             stage.looking_back.visit(command.take, command.step, push, command.others)
+        case "feel":
+            stage.suit(Feel(command.sensitivity, command.ramp))
+        case "series":
+            stage.arrange(Arrangement(command.wanted, command.automatic, command.seconds))
         case "pace":
             stage.keep_pace(command.speed)
         case "discard":

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.learning.finding import Finding, plain
@@ -29,12 +30,10 @@ def find_copies(pairs: Pairs, state: Sequence[str]) -> Finding:
     `state` names the former. The measure is the largest share of variance.
     """
     before = np.flatnonzero((np.diff(pairs.takes) == 0) & (np.diff(pairs.steps) == 1))
-    states = pairs.states[before + 1]
-    last = shared_variance(states, pairs.actions[before])
-    same = shared_variance(states, pairs.actions[before + 1])
-    copied = ((last >= REPEATS) & (last > same)) | (same >= IS)
+    copied, most = repeating(
+        pairs.states[before + 1], pairs.actions[before], pairs.actions[before + 1]
+    )
     names = [state[row] for row in map(int, np.flatnonzero(copied.any(axis=1)))]
-    most = float(np.maximum(last, same).max(initial=0.0))
     if not names:
         return Finding("copies", False, most, "Nothing in the state merely repeats the action.")
     listed = " and ".join(f"“{plain(name)}”" for name in names[:2])
@@ -45,6 +44,16 @@ def find_copies(pairs: Pairs, state: Sequence[str]) -> Finding:
         "or use a perception without them."
     )
     return Finding("copies", True, most, sentence, {"components": names})
+
+
+def repeating(states: Array, before: Array, now: Array) -> tuple[NDArray[np.bool_], float]:
+    """Which components of `states` (pairs, n) repeat the actions `before` or `now` (pairs, m).
+
+    Shape (n, m), and the largest share of variance.
+    """
+    last, same = shared_variance(states, before), shared_variance(states, now)
+    copied = ((last >= REPEATS) & (last > same)) | (same >= IS)
+    return copied, float(np.maximum(last, same).max(initial=0.0))
 
 
 def shared_variance(states: Array, actions: Array) -> Array:

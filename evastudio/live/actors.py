@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from evastudio.live.inputs import HeldKeys
+from evastudio.live.inputs import Feel, HeldKeys
 from evastudio.live.pushing import Pushes
 from evastudio.pilots.why import Reasoner, Why
 from evastudio.world.cast import for_all, of_lead, sound
@@ -15,9 +15,9 @@ from evastudio.world.spaces import Array
 class Actors:
     """The character's keys, the pilot that acts instead of them, and who acts for the others."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, feel: Feel | None = None) -> None:
         self._scene = scene
-        self.keys = HeldKeys(scene.controls, scene.action, scene.dt_s)
+        self.keys = HeldKeys(scene.controls, scene.action, scene.dt_s, feel)
         self.pilot: Pilot | None = None
         """Acts for everybody; None where keys decide."""
         self.reasoner: Reasoner | None = None

@@ -7,6 +7,7 @@ import logging
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -19,10 +20,12 @@ from evastudio.live.approach import approach
 from evastudio.live.correcting import Correcting
 from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
+from evastudio.live.inputs import Feel
 from evastudio.live.looking_back import LookingBack
 from evastudio.live.picture import Picture, Show
 from evastudio.live.piloting import load_pilot
 from evastudio.live.pulse import Pulse
+from evastudio.live.series import Arrangement, Series
 from evastudio.live.stage import Stage
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.live.tally import Tally
@@ -65,13 +68,16 @@ class LiveStage:
         self._seed = secrets.randbits(53) if seed is None else seed
         self._worlds = 0
         self._totals = Totals(None, 0, 0)
-        self._stage = Stage(scene, self._next_seed(), time.monotonic())
+        self._thinking = ThreadPoolExecutor(max_workers=1, thread_name_prefix=f"coach-{name}")
+        self._stage = Stage(scene, self._next_seed(), time.monotonic(), self._thinking.submit)
         self._told_at = 0.0
         self._told: tuple[Any, ...] = ()
         self._fault: str | None = None
         self._undrawn = False
         self._watching: dict[Show, Show] = {}
-        self._held: dict[object, frozenset[str]] = {}
+        self._held: dict[object, tuple[frozenset[str], Mapping[str, float]]] = {}
+        self._asked = self._counted = 0
+        self._series = Series()
         self.pulse = Pulse(f"stage-{name}", self._beat, self._failed)
         """What is asked of the stage from any thread goes through this."""
         self.looking_back = LookingBack(self, self._stage, workspace, store)
@@ -123,6 +129,7 @@ class LiveStage:
         def change() -> Recorder | None:
             before, self._stage.recorder = self._stage.recorder, recorder
             if before is not None:
+                self._series.halt()
                 self._stage.stop(time.time())
             return before
 
@@ -149,17 +156,23 @@ class LiveStage:
         self.need_session()
         rng = np.random.default_rng([self._seed, self._worlds])
         forcing = self.correcting.pushes(scene, rng) if pushes else None
-        self.pulse.call(
-            lambda: self._stage.demonstrate(
-                scene,
-                self._seed_or(seed),
-                time.monotonic(),
-                time.time(),
-                crowd,
-                pushes=forcing,
-            )
-        )
+
+        def begin(seed: int | None = None) -> None:
+            now, wall = time.monotonic(), time.time()
+            self._stage.demonstrate(scene, self._seed_or(seed), now, wall, crowd, pushes=forcing)
+            self._series.begun(begin)
+
+        self.pulse.call(lambda: begin(seed))
         self.refresh()
+
+    def arrange(self, arrangement: Arrangement) -> None:
+        """How many takes are wanted, and whether the next begins by itself."""
+        self.pulse.call(lambda: self._series.arrange(arrangement))
+        self.refresh()
+
+    def suit(self, feel: Feel) -> None:
+        """See `Stage.suit`."""
+        self.pulse.call(lambda: self._stage.suit(feel))
 
     def keep_pace(self, pace: float) -> None:
         """See `Stage.keep_pace`."""
@@ -196,11 +209,13 @@ class LiveStage:
         seed = self._seed_or(seed)
         steps = round(from_s / scene.dt_s)
         start = approach(scene, actor, seed, steps, reasoner) if steps else None
-        self.pulse.call(
-            lambda: self._stage.play(
-                scene, actor, seed, time.monotonic(), time.time(), reasoner, start
-            )
-        )
+
+        def begin() -> None:
+            self._series.halt()
+            now, wall = time.monotonic(), time.time()
+            self._stage.play(scene, actor, seed, now, wall, reasoner, start)
+
+        self.pulse.call(begin)
         self.refresh()
 
     def restart(self, same: bool = False) -> None:
@@ -238,6 +253,12 @@ class LiveStage:
         self.pulse.call(self._stage.lead_another)
 
     def stop(self) -> None:
+        """End what runs, and begin nothing more."""
+        self.pulse.call(self._series.halt)
+        self.end_take()
+
+    def end_take(self) -> None:
+        """End what runs; where takes follow one another, the next comes after its rest."""
         self.pulse.call(lambda: self._stage.stop(time.time()))
         self.refresh()
 
@@ -251,24 +272,35 @@ class LiveStage:
         self.refresh()
         return done
 
-    def hold(self, codes: Sequence[str], age_s: float = 0.0, by: object = None) -> None:
+    def hold(
+        self,
+        codes: Sequence[str],
+        age_s: float = 0.0,
+        by: object = None,
+        pushed: Mapping[str, float] | None = None,
+    ) -> None:
         """`by` (a page, say) holds exactly these keys since `age_s` seconds ago; does not wait.
 
-        Where several hold keys, all of them count. What plays gives way to whoever steers.
+        `pushed` is how far sticks are, as in `HeldKeys.hold`. Where several hold keys or push
+        sticks, all of them count. What plays gives way to whoever steers.
         """
         at = time.monotonic() - age_s
 
         def change() -> None:
             stage = self._stage
             self._held.pop(by, None)
-            if codes:
-                self._held[by] = frozenset(codes)
-            if stage.keys.steers(codes):
+            if codes or pushed:
+                self._held[by] = frozenset(codes), pushed or {}
+            if stage.keys.steers(codes, pushed):
                 stage.touch(time.monotonic(), time.time())
             if stage.phase is not Phase.RECORDING:
                 stage.keys.center()
-            held = frozenset().union(*self._held.values())
-            stage.keys.hold(held, stage.clock.world_time(at))
+            held = frozenset[str]().union(*(keys for keys, _ in self._held.values()))
+            together: dict[str, float] = {}
+            for _, sticks in self._held.values():
+                for field, share in sticks.items():
+                    together[field] = together.get(field, 0.0) + share
+            stage.keys.hold(held, stage.clock.world_time(at), together)
 
         self.pulse.post(change)
 
@@ -277,6 +309,7 @@ class LiveStage:
 
         def change() -> None:
             self._held.clear()
+            self._series.halt()
             self._stage.keys.center()
             if self._stage.mode in (Mode.DEMONSTRATE, Mode.CORRECT):
                 self._stage.pause(time.monotonic())
@@ -321,9 +354,11 @@ class LiveStage:
             self._totals = Totals(
                 {"id": record.id, "name": record.name}, record.takes_kept, record.pairs
             )
+            self._counted = asked
             with contextlib.suppress(ConflictError):  # closed meanwhile: nobody to tell
                 self.pulse.post(self._tell)
 
+        self._asked = asked = self._asked + 1
         recorder.settle(count)
 
     def status(self) -> dict[str, Any]:
@@ -336,6 +371,7 @@ class LiveStage:
         False where the store refuses for too long: what it lacks then waits in a file.
         """
         self.pulse.close()
+        self._thinking.shutdown()
         recorder = self._stage.recorder
         if recorder is None:
             return True
@@ -352,8 +388,14 @@ class LiveStage:
         due = min(self._advance(), time.monotonic() + STATUS_S)
         if recording and self._stage.phase is Phase.ENDED:
             self.refresh()
+        self._safely(self._go_on)
         self._safely(self._tell_changes)
         return due
+
+    def _go_on(self) -> None:
+        """Begin the next take where takes follow one another and it is due."""
+        kept = self._totals.takes_kept if self._counted >= self._asked else None
+        self._series.beat(self._stage.phase, kept, time.monotonic())
 
     def _safely(self, work: Callable[[], None]) -> None:
         """Do `work`; a scene that fails while it is looked at does not end the thread either."""
@@ -380,6 +422,7 @@ class LiveStage:
         if fault != self._fault:
             logger.error("Stage %s stopped", self.name, exc_info=error)
         self._fault = fault
+        self._series.halt()
         with contextlib.suppress(Exception):  # the scene may fail at its beginning too
             self._stage.stop(time.time())
 
@@ -397,6 +440,9 @@ class LiveStage:
             stage.pushed,
             stage.decision,
             stage.decision is not None and stage.clock.steps,
+            stage.coach.advice,
+            self._series.arrangement,
+            self._series.next_at,
             self._totals,
             self._fault,
             recorder is not None and (recorder.problem, recorder.can_undo),
@@ -416,7 +462,8 @@ class LiveStage:
             listener(message)
 
     def _describe(self, status: Status) -> dict[str, Any]:
-        told = {"stage": self.name, **asdict(status), **asdict(self._totals)}
+        series = self._series.told(time.monotonic())
+        told = {"stage": self.name, **asdict(status), **asdict(self._totals), **series}
         return {**told, "problem": status.problem or self._fault}
 
     def actor(self, pilot: str, scene: Scene) -> Pilot:

@@ -133,7 +133,7 @@ class LookingBack:
         is none, InvalidInputError where the take is shorter.
         """
         if take is None:
-            self._live.stop()
+            self._live.end_take()
             recorder = self._stage.recorder
             key = None if recorder is None else recorder.last_key
             if key is None:

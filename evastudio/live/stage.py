@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import RECORDED, Origin
 from evastudio.errors import ConflictError, InvalidInputError, not_found
 from evastudio.live.actors import Actors, begun
 from evastudio.live.clock import Clock
-from evastudio.live.inputs import HeldKeys
+from evastudio.live.coach import Coach, at_once
+from evastudio.live.inputs import Feel, HeldKeys
 from evastudio.live.picture import Picture, Show
 from evastudio.live.pushing import Pushes
 from evastudio.live.reel import Reel
@@ -42,13 +44,22 @@ class Stage:
     monotonic clock, `wall` seconds since the epoch.
     """
 
-    def __init__(self, scene: Scene, seed: int, now: float) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int,
+        now: float,
+        think: Callable[[Callable[[], None]], object] = at_once,
+    ) -> None:
+        """`think` does what would hold the stage up, see `Coach`."""
         self.scene = scene
         self.recorder: Recorder | None = None
         self.on_frame: list[Show] = []
         self.phase = Phase.READY
         self.mode: Mode | None = None
         self.clock = Clock(scene.dt_s, now)
+        self.coach = Coach(scene.dt_s, think)
+        self._feel = Feel()
         self.run = Run.new(scene, seed)
         self._actors = Actors(scene)
         self._sight = Sight()
@@ -162,6 +173,11 @@ class Stage:
             )
         self.clock.keep_pace(pace, now)
 
+    def suit(self, feel: Feel) -> None:
+        """Answer keys and sticks like that from now on."""
+        self._feel = feel
+        self.keys.suit(feel)
+
     def take_over(self, now: float, wall: float) -> None:
         """The person goes on from here instead of what plays, and every step is recorded.
 
@@ -224,6 +240,7 @@ class Stage:
         assert left is not None
         self._enter(left.run)
         self._actors = left.actors
+        self.keys.suit(self._feel)
         self.mode, self.phase, self._before_pause = left.mode, left.phase, left.before_pause
         self._next_frame = 0.0
 
@@ -412,6 +429,7 @@ class Stage:
             seed=run.seed,
             forked=run.origin is not None,
             options=dict(self.scene.values),
+            coach=self.coach.advice,
             problem=None if self.recorder is None else self.recorder.problem,
         )
 
@@ -469,7 +487,7 @@ class Stage:
 
     def _enter(self, run: Run) -> None:
         self.run, self.scene, self._review, self._left = run, run.scene, None, None
-        self._actors = Actors(run.scene)
+        self._actors = Actors(run.scene, self._feel)
         self._sight.forget()
         self._fresh = True
         self._chose = None
@@ -501,6 +519,7 @@ class Stage:
         actions = self._actors.decide(run.after, self.clock.interval, forced)
         if self.phase is Phase.RECORDING and self.recorder is not None and forced is None:
             self.recorder.add(run.states(), actions, run.after)
+            self.coach.see(run, actions)
         if told:
             self._chose = run.symbol(of_lead(run.after, actions))
         run.step(actions)

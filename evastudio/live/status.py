@@ -7,6 +7,19 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
+class Advice(StrEnum):
+    """What the coach makes of how a person steers."""
+
+    SEEN = "seen"
+    """What they decide can be told from what the character perceives, and so be learned."""
+    NOTHING = "nothing"
+    """They have hardly steered."""
+    FAINT = "faint"
+    """They steer so early and so little that it does not show."""
+    HIDDEN = "hidden"
+    """What they decide cannot be told from what the character perceives."""
+
+
 class Phase(StrEnum):
     READY = "ready"
     COUNTDOWN = "countdown"
@@ -87,5 +100,7 @@ class Status:
     forked: bool
     """Whether the run goes on from a moment of another, and can begin there once more."""
     options: Mapping[str, float]
+    coach: Advice | None
+    """What the coach makes of how one steers; None where it is too early to say."""
     problem: str | None
     """Why saving does not work at the moment, or None."""

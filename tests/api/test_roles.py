@@ -177,6 +177,8 @@ def test_a_viewer_watches_a_stage_and_drives_nothing(studio: Studio, viewer: htt
             for message in (
                 {"type": "command", "name": "demonstrate"},
                 {"type": "keys", "held": ["KeyA"], "time_ms": 0.0, "seq": 1},
+                {"type": "keys", "held": [], "pushed": {"theta": 1.0}, "time_ms": 0.0, "seq": 2},
+                {"type": "command", "name": "series", "wanted": 3, "automatic": True},
                 {"type": "command", "name": "play", "policy": "straight"},
             ):
                 await one.send(json.dumps(message))

@@ -14,14 +14,16 @@ export function hud(store, { acts }) {
   const polite = { role: "status", "aria-live": "polite" };
   const phase = make("p", { id: "phase", class: "phase", "data-phase": "ready", ...polite }, "Ready");
   const numbers = {
-    pairs: make("dd", { id: "pairs" }, "0"),
-    seconds: make("dd", { id: "seconds" }, "0.0"),
-    takes: make("dd", { id: "takes-kept" }, "0"),
-    kept: make("dd", { id: "pairs-kept" }, "0"),
+    pairs: make("span", { id: "pairs" }, "0"),
+    seconds: make("span", { id: "seconds" }, "0.0"),
+    takes: make("span", { id: "takes-kept" }, "0"),
+    kept: make("span", { id: "pairs-kept" }, "0"),
   };
   const named = Object.values(numbers).map((number) =>
-    make("div", {}, make("dt", {}, number.id.replace("-", " ")), number),
+    make("div", {}, make("dt", {}, number.id.replace("-", " ")), make("dd", {}, number)),
   );
+  const wanted = make("span", { id: "of-wanted", class: "of-wanted" });
+  numbers.takes.after(wanted);
   const before = make("p", { id: "made-before", class: "made-before", role: "status" });
   byId("hud", HTMLElement).append(phase, before, make("dl", { class: "numbers" }, ...named));
 
@@ -52,10 +54,12 @@ export function hud(store, { acts }) {
     say(numbers.pairs, count(status.pairs));
     say(numbers.seconds, status.seconds.toFixed(1));
     say(numbers.takes, count(status.takes_kept));
+    say(wanted, status.wanted === null ? "" : ` of ${count(status.wanted)}`);
+    wanted.classList.toggle("reached", status.takes_kept >= (status.wanted ?? Infinity));
     say(numbers.kept, count(status.pairs_kept));
     const taking = ["demonstrate", "correct"].includes(status.mode ?? "");
-    numbers.pairs.parentElement?.classList.toggle("idle", !taking);
-    numbers.seconds.parentElement?.classList.toggle("idle", status.mode === null);
+    numbers.pairs.closest("div")?.classList.toggle("idle", !taking);
+    numbers.seconds.closest("div")?.classList.toggle("idle", status.mode === null);
 
     countdown.hidden = status.phase !== "countdown";
     say(countdown, String(Math.max(1, Math.ceil(status.countdown_s))));

@@ -20,6 +20,7 @@ const DOES = [
   ["there", "restart-same", "try again from there"],
   ["keep", "keep-last", "keep the last"],
   ["discard", "discard", "throw away"],
+  ["series", "automatic", "one after another"],
   ["look", "look-back", "look back"],
   ["stop", "stop", "stop"],
 ];
@@ -52,6 +53,7 @@ function useful({ status }) {
     there: on && still && !!status?.forked,
     keep: demonstrating && phase !== "countdown" && !!status?.pairs,
     discard: demonstrating || correcting,
+    series: demonstrating && !status?.automatic,
     look: on && still,
     stop: on,
   };

@@ -10,10 +10,6 @@
 /** @typedef {{kind: "hold"} | {kind: "command" | "signal", name: string, repeats?: boolean} |
  *   {kind: "press", control: HTMLElement} | null} Meaning */
 
-/** What is held is told so often, and counts as released where nothing was heard for so long. */
-const BEAT_MS = 250;
-export const GOOD_MS = 1000;
-
 const TYPED = /^(text|search|email|url|tel|password|number)$/;
 
 /** @param {EventTarget | undefined} target */
@@ -36,8 +32,10 @@ export class Keys {
    * @param {(held: string[], timeMs: number) => void} tell
    * @param {(name: string) => void} command
    * @param {(name: string) => void} signal
+   * @param {() => void} letGo nothing is held any more, whatever the keyboard says
    */
-  constructor(meaning, tell, command, signal) {
+  constructor(meaning, tell, command, signal, letGo) {
+    this.letGo = letGo;
     this.meaning = meaning;
     this.tell = tell;
     this.command = command;
@@ -49,7 +47,6 @@ export class Keys {
     /** @type {WeakSet<Document>} */
     this.attached = new WeakSet();
     this.attach(window);
-    setInterval(() => this.held.size > 0 && this.tell([...this.held], now()), BEAT_MS);
   }
 
   /**
@@ -108,14 +105,10 @@ export class Keys {
 
   /** Nothing is held any more, whatever the keyboard says. */
   releaseAll() {
-    if (this.held.size === 0) return;
     this.held.clear();
-    this.tell([], now());
+    this.letGo();
   }
 }
-
-/** Milliseconds since the epoch. */
-const now = () => performance.timeOrigin + performance.now();
 
 /**
  * Press it as a click does; the focus goes to what unfolds, so that the keyboard goes on there.

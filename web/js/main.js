@@ -2,25 +2,32 @@
 
 import { api } from "./api.js";
 import { clips } from "./clips.js";
+import { coach } from "./coach.js";
 import { conflicts } from "./conflicts.js";
 import { decisions } from "./decisions.js";
 import { byId } from "./dom.js";
 import { failures } from "./failures.js";
+import { feel } from "./feel.js";
+import { GamepadHand } from "./gamepad.js";
 import { gauge } from "./gauge.js";
+import { GOOD_MS, Hands, moves, steers } from "./hands.js";
 import { hud } from "./hud.js";
 import { isOpen, jobs } from "./jobs.js";
 import { keptSeconds, keyHelp, showHeld } from "./keyhelp.js";
-import { GOOD_MS, Keys } from "./keys.js";
+import { Keys } from "./keys.js";
 import { Link } from "./link.js";
 import { meaningOf } from "./meaning.js";
 import { MARK, notNow, session } from "./needs.js";
 import { attempt, notify, withdraw } from "./notices.js";
 import { options } from "./options.js";
 import { others } from "./others.js";
+import { pace } from "./pace.js";
+import { pad } from "./pad.js";
 import { defaultPolicy, policies } from "./policies.js";
 import { goBack, keepPlace, placeIn } from "./place.js";
 import { Pointer } from "./pointer.js";
 import { viewed, watchScheme } from "./scheme.js";
+import { series } from "./series.js";
 import { sessions } from "./sessions.js";
 import { sheet } from "./sheet.js";
 import { STUDIO } from "./shortcuts.js";
@@ -32,6 +39,7 @@ import { timeline } from "./timeline.js";
 import { tools } from "./tools.js";
 import { tour } from "./tour.js";
 import { unvisited } from "./unvisited.js";
+import { ViewStick } from "./viewstick.js";
 import { why } from "./why.js";
 import { plural } from "./words.js";
 
@@ -100,6 +108,7 @@ link.addEventListener("open", () => {
   viewIsNew = false;
   banner.hidden = true;
   store.set({ connected: true });
+  settle();
   attempt(async () => {
     store.set({ jobs: (await api.jobs()).filter(isOpen) });
     await reload();
@@ -185,16 +194,24 @@ function signal(name, place) {
   link.command("signal", { signal: name, pointer: place });
   if (name === MARK) notify(`Marked at ${store.state.status?.seconds.toFixed(1)} s.`);
 }
+/** What is done on the page itself, by the name of its command. @type {Record<string, () => unknown>} */
+const here = {
+  automatic: () => notify(takesFollow.toggle() ? "Takes follow one another." : "One take at a time."),
+  drag: () => notify(feeling.toggle() ? "Drags in the view steer." : "Drags in the view turn the camera."),
+  "slower-time": () => time.step(-1),
+  "faster-time": () => time.step(1),
+  "restart-same": () => link.command("restart", { same: true }),
+  "keep-last": () => keepLast(keptSeconds()),
+  "hand-back": () => handBack(),
+  tour: () => guide.toggle(),
+  why: () => whyNow(),
+  unvisited: () => byId("unvisited", HTMLButtonElement).click(),
+};
 /** @param {string} name */
 function command(name) {
   const missing = name === "another" ? notNow(store.state, name) : null;
   if (missing) notify(missing);
-  else if (name === "restart-same") link.command("restart", { same: true });
-  else if (name === "tour") guide.toggle();
-  else if (name === "keep-last") keepLast(keptSeconds());
-  else if (name === "why") whyNow();
-  else if (name === "unvisited") byId("unvisited", HTMLButtonElement).click();
-  else if (name === "hand-back") handBack();
+  else if (here[name]) here[name]();
   else if (!lookBack(name) && !review.does(name)) link.command(name);
 }
 /** What is still held is not meant for what plays on. */
@@ -223,25 +240,66 @@ const review = conflicts(store, {
   look: async (id, neighbors) => onJob(await api.look(id, neighbors)),
 });
 const pointer = new Pointer(view);
-const keys = new Keys(
-  (event, onControl) => meaningOf(STUDIO, store.state, event, onControl),
-  (held, timeMs) => {
+const hands = new Hands(
+  () => store.state.scene,
+  (held, pushed, timeMs) => {
     showHeld(held);
     guide.steers(held);
     const { status } = store.state;
+    const touched = held.length > 0 || Object.keys(pushed).length > 0;
     // Who steers what plays takes over; where there is nowhere to record it yet, that is made first.
-    if (held.length && status?.mode === "play" && !status.session) link.command("take-over");
-    link.send({ type: "keys", held, time_ms: timeMs, seq: ++sequence, for_ms: held.length ? GOOD_MS : null });
+    if (touched && status?.mode === "play" && !status.session) link.command("take-over");
+    const forMs = touched ? GOOD_MS : null;
+    link.send({ type: "keys", held, pushed, time_ms: timeMs, seq: ++sequence, for_ms: forMs });
   },
+);
+const keys = new Keys(
+  (event, onControl) => meaningOf(STUDIO, store.state, event, onControl),
+  (held, timeMs) => hands.hold(held, timeMs),
   command,
   (name) => signal(name, pointer.place()),
+  () => hands.letGo(),
 );
 keys.attachFrame(view);
-store.watch(({ status }) => {
-  const modes = ["demonstrate", "correct", "play"];
-  const steering = modes.includes(status?.mode ?? "") && status?.phase !== "ended";
-  if (!steering) keys.releaseAll();
+const steering = () => moves(store.state.status);
+store.watch(({ status }, before) => {
+  if (!steering()) keys.releaseAll();
+  else if (status?.phase !== before.status?.phase) hands.again();
 });
+const taking = () => steers(store.state.status);
+const viewStick = new ViewStick(view, hands, taking);
+const feeling = feel({
+  changed: ({ sensitivity, ramp, drag }) => {
+    viewStick.on = drag;
+    link.command("feel", { sensitivity, ramp });
+  },
+});
+viewStick.on = feeling.now.drag;
+pad(store, hands, feeling.now, taking);
+const time = pace(store, (speed) => link.command("pace", { speed }));
+const takesFollow = series(store, (wanted, automatic, seconds) =>
+  link.command("series", { wanted, automatic, seconds }),
+);
+coach(store);
+new GamepadHand(hands, steering, gamepadCommand, (name) => feeling.gamepad(name));
+
+/** What this browser keeps of how one works, told to a stage that may be new. */
+function settle() {
+  const { sensitivity, ramp } = feeling.now;
+  link.command("feel", { sensitivity, ramp });
+  link.command("pace", { speed: time.chosen() });
+  takesFollow.tell();
+}
+
+/** @param {string} name */
+function gamepadCommand(name) {
+  const { phase, mode } = store.state.status ?? { phase: "ready", mode: null };
+  if (name !== "pad-go") {
+    if (mode === "demonstrate") command(name);
+  } else if (mode === null) byId("demonstrate", HTMLButtonElement).click();
+  else if (mode === "demonstrate" && phase === "ended") command("restart");
+  else if (mode !== "review") command(phase === "paused" ? "resume" : "pause");
+}
 
 /** Keys go to the character, Space to the pause: no button must be in their way. */
 const focusView = () => (view.contentWindow ?? view).focus();

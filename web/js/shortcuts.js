@@ -33,6 +33,8 @@ const comparing = (state) => reviewing(state) && state.conflict !== null;
 /** @param {State} state */
 const going = ({ status }) => status !== null && status.mode !== null && status.mode !== "review";
 /** @param {State} state */
+const resting = ({ status }) => status?.mode === null && status.next_s !== null;
+/** @param {State} state */
 const taking = ({ status }) => status?.mode === "demonstrate";
 /** @param {State} state */
 const correcting = ({ status }) => status?.mode === "correct" && status.phase !== "ended";
@@ -109,6 +111,18 @@ export const STUDIO = [
         when: ({ status }) => status != null && status.lead !== null,
       },
       { keys: ["Escape"], does: "stop", words: "stop", on: "#stop", when: going },
+      { keys: ["Escape"], does: "stop", words: "begin no take by itself", when: resting },
+      { keys: ["KeyR"], does: "restart", words: "begin the next take now", when: resting },
+    ],
+  },
+  {
+    title: "How one steers",
+    shortcuts: [
+      { keys: ["-"], does: "slower-time", words: "slow motion", on: "#slower" },
+      { keys: ["="], does: "faster-time", words: "faster again", on: "#faster" },
+      { keys: ["KeyN"], does: "automatic", words: "take after take, by itself", on: "#automatic" },
+      { keys: ["KeyI"], does: "drag", words: "drag in the view to steer", on: "#drag" },
+      { keys: ["Shift+KeyI"], does: "steering", words: "how it steers", on: "#steering > summary", press: true },
     ],
   },
   {

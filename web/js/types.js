@@ -3,7 +3,8 @@
  *
  * @typedef {{name: string, label: string, default: number, low: number, high: number,
  *   step: number, help: string}} Option
- * @typedef {{field: string, label: string, negative: string[], positive: string[]}} Control
+ * @typedef {{field: string, label: string, negative: string[], positive: string[],
+ *   ramp_s: number, reach: number}} Control
  * @typedef {{name: string, label: string, key: string, placed: boolean}} Signal
  * @typedef {{name: string, label: string}} Happening
  * @typedef {{name: string, title: string, version: number, dt_s: number, options: Option[],
@@ -46,7 +47,9 @@
  *   problem: string | null, options: Record<string, number>, position_s: number | null,
  *   length_s: number, speed: number, take: number | null, familiarity: number | null, seed: number,
  *   forked: boolean, silent: string | null, forgotten: number,
- *   by_hand: boolean, pushed: boolean, pushes: boolean}} Status
+ *   by_hand: boolean, pushed: boolean, pushes: boolean, pace: number, wanted: number | null,
+ *   automatic: boolean, next_s: number | null,
+ *   coach: "seen" | "nothing" | "faint" | "hidden" | null}} Status
  * @typedef {{take: number | null, step: number | null, number: number | null,
  *   session: string | null, seconds: number | null, distance: number, weight: number,
  *   action: Record<string, number> | null}} ShownMoment

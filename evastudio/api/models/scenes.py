@@ -24,6 +24,10 @@ class ControlOut(Model):
     label: str
     negative: Sequence[str]
     positive: Sequence[str]
+    ramp_s: float
+    """Seconds from rest to where a held key leads."""
+    reach: float
+    """Where a held key leads, in shares of the full deflection."""
 
 
 class FieldOut(BaseModel):

@@ -31,7 +31,7 @@ class StageOut(BaseModel):
     """Path of the websocket that takes keys and commands and tells the status."""
 
 
-FromMiddle = Annotated[float, Field(ge=-1, le=1)]
+FromMiddle = Annotated[float, Field(ge=-1, le=1, allow_inf_nan=False)]
 
 
 class PushIn(Given):
@@ -69,6 +69,8 @@ class CommandIn(Given):
         "pace",
         "forget",
         "visit",
+        "feel",
+        "series",
     ]
     policy: Name | None = None
     others: Name | None = None
@@ -88,12 +90,20 @@ class CommandIn(Given):
     pushes: bool = False
     """Whether a demonstration is to be pushed off its way now and then."""
     seconds: Annotated[float, Field(ge=0, le=86_400)] = 0.0
-    """Where to look back at, since the run began, how much of a take's end to keep, or from where
-    on to play: the policy is brought there and held still."""
+    """Where to look back at, since the run began, how much of a take's end to keep, how long to
+    rest between takes, or from where on to play: the policy is brought there and held still."""
     seed: Seed | None = None
     """Of the world to play in; a new one where none is given."""
     speed: FiniteFloat = 1.0
     """Of a look back, or the pace of time."""
+    sensitivity: FiniteFloat = 1.0
+    """How far held keys and sticks go, in shares of their own reach."""
+    ramp: FiniteFloat = 1.0
+    """How long held keys take to get there, in shares of their own ramp."""
+    wanted: int | None = None
+    """How many takes the session is to have."""
+    automatic: bool = False
+    """Whether the next take begins by itself, after a rest of `seconds`."""
     same: bool = False
     """Whether to begin again in the same world."""
     signal: Name | None = None
@@ -109,9 +119,14 @@ class CommandIn(Given):
 
 
 class KeysIn(Given):
-    """Exactly these keys are held."""
+    """Exactly these keys are held, and sticks pushed so far."""
 
     held: Annotated[list[Annotated[str, Field(max_length=40)]], Field(max_length=40)]
+    pushed: Annotated[
+        dict[Annotated[str, Field(max_length=40)], FromMiddle],
+        Field(default_factory=dict, max_length=40),
+    ]
+    """How far each control is pushed by a stick, by its field."""
     time_ms: FiniteFloat
     """When, on the browser's clock, milliseconds since the epoch."""
     seq: int = 0

@@ -1,0 +1,149 @@
+"""The coach: while one steers it looks whether the decisions can be learned from."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from evastudio.learning.legibility import legibility
+from evastudio.live.run import Run
+from evastudio.live.status import Advice
+from evastudio.world.cast import of_lead
+from evastudio.world.scene import Scene
+from evastudio.world.snapshot import AnyArray
+from evastudio.world.spaces import Array, Box, Symbols
+
+EVERY_S = 3.0
+"""The coach thinks so often."""
+SURE = 2
+"""And says what it has thought so many times in a row."""
+REMEMBERED_S = 120.0
+LEAST_S = 20.0
+"""How much one has to steer before it says anything."""
+LEAST_SHOWN_S = 40.0
+"""And before it says whether decisions show: a flight of 36 s tells too little."""
+ANSWER_S = 0.4
+"""What is done so long from a moment on is the answer to it."""
+HIDDEN = 0.96
+"""Of `legibility`: from here on decisions do not show."""
+SEEN = 0.93
+"""And up to here they do. Of 108 s of scripted flights in the asteroid field: careful 0.89, human
+0.75, keys 0.62, and 1.04 where rocks are passed by a hair."""
+TOUCHED = 0.05
+"""Share of its full deflection from which on a control is being steered."""
+STILL = 0.02
+"""Who steers in less than this share of moments has not steered."""
+FAINT = 0.25
+"""Whose strongest tenth of moments stays below this share of the full deflection steers faintly."""
+
+
+class Moment(NamedTuple):
+    """A decision of the lead."""
+
+    states: Array
+    frame: AnyArray
+    """See `Percept.frame`."""
+    action: Array
+    take: int
+    """Numbers the runs that were seen."""
+
+
+def at_once(work: Callable[[], None]) -> None:
+    """Do it now."""
+    work()
+
+
+class Coach:
+    """Remembers each decision of a person, looks at them together every few seconds, and seldom
+    has something to say."""
+
+    def __init__(
+        self, dt_s: float, think: Callable[[Callable[[], None]], object] = at_once
+    ) -> None:
+        """`think` does some milliseconds of work; elsewhere, where the caller cannot wait."""
+        self.advice: Advice | None = None
+        """None where it is too early to say."""
+        self._dt_s = dt_s
+        self._think = think
+        self._every = max(round(EVERY_S / dt_s), 1)
+        self._moments: deque[Moment] = deque(maxlen=max(round(REMEMBERED_S / dt_s), 400))
+        self._run: Run | None = None
+        self._takes = self._seen = 0
+        self._thought: list[Advice | None] = []
+
+    def see(self, run: Run, actions: Array) -> None:
+        """The decision that the person is about to make: `actions` of all, for the present."""
+        if not run.scene.perception().applies(run.after)[0]:
+            return
+        self._takes += run is not self._run
+        self._run = run
+        frame, lead = of_lead(run.after, run.percept().frame), of_lead(run.after, actions)
+        self._moments.append(Moment(run.states(), frame, lead, self._takes))
+        self._seen += 1
+        if self._seen % self._every == 0:
+            moments, scene = list(self._moments), run.scene
+            self._think(lambda: self._judge(scene, moments))
+
+    def _judge(self, scene: Scene, moments: Sequence[Moment]) -> None:
+        self._thought = [*self._thought, judged(scene, moments)][-SURE:]
+        meant = self._thought[-1]
+        if meant is not None and self._thought == [meant] * SURE:
+            self.advice = meant
+
+
+def judged(scene: Scene, moments: Sequence[Moment]) -> Advice | None:
+    """What is to be said of these decisions; None where it is too early, or a close call."""
+    dt_s = scene.dt_s
+    if len(moments) * dt_s < LEAST_S:
+        return None
+    states, frames, actions = (
+        np.concatenate([moment[part] for moment in moments]) for part in range(3)
+    )
+    pushed = _deflections(scene, actions)
+    if (pushed > TOUCHED).mean() < STILL:
+        return Advice.NOTHING
+    if len(moments) * dt_s < LEAST_SHOWN_S:
+        return None
+    takes = np.array([moment.take for moment in moments])
+    view = scene.perception()
+    chosen = scene.chosen(view)
+    long = 1 if isinstance(chosen, Symbols) else max(round(ANSWER_S / dt_s), 1)
+    last = len(moments) - long + 1
+    whole = np.mean([actions[later : last + later] for later in range(long)], axis=0)
+    rows = np.flatnonzero(takes[:last] == takes[long - 1 :])
+    before = actions[np.maximum(rows - 1, 0)]
+    answers, last_done, done = (
+        _comparable(chosen, view.to_own(frames[rows], scene.action.clip(some)))
+        for some in (whole[rows], before, actions[rows])
+    )
+    share = legibility(states[rows], answers, last_done, done, dt_s)
+    if share is None or SEEN < share < HIDDEN:
+        return None
+    if share <= SEEN:
+        return Advice.SEEN
+    return Advice.FAINT if float(np.quantile(pushed, 0.9)) < FAINT else Advice.HIDDEN
+
+
+def _comparable(chosen: Box | Symbols, own: Array) -> Array:
+    """Actions (rows, m) in units in which their components compare; symbols as one of many."""
+    if isinstance(chosen, Symbols):
+        return np.asarray(np.eye(len(chosen.names))[own[:, 0].astype(int)])
+    half = (chosen.high - chosen.low) / 2
+    return np.asarray(own / np.where(np.isfinite(half) & (half > 0), half, 1.0))
+
+
+def _deflections(scene: Scene, actions: Array) -> Array:
+    """How far the control that is steered most is steered, in shares of where its keys lead."""
+    space = scene.action
+    if isinstance(space, Symbols):
+        return np.asarray(actions[:, 0] != 0.0, dtype=float)
+    furthest = np.zeros(len(actions))
+    for control in scene.controls:
+        column = space.names.index(control.field)
+        value = actions[:, column]
+        bound = np.where(value > 0, space.high[column], -space.low[column]) * control.reach
+        furthest = np.maximum(furthest, np.abs(value) / np.maximum(bound, 1e-9))
+    return furthest

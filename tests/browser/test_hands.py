@@ -1,0 +1,167 @@
+"""A mouse as a stick, a gamepad, slow motion, and takes that follow one another, in Chromium."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from playwright.sync_api import Page, expect
+
+from evastudio.demonstrations.store import Store
+from tests.browser.acting import at_least, phase
+
+if TYPE_CHECKING:
+    from conftest import Open
+
+GAMEPAD = """() => {
+  const button = () => ({ pressed: false, touched: false, value: 0 });
+  window.pad = { id: "Stub Pad (Vendor: 0000)", index: 0, connected: true, mapping: "standard",
+    axes: [0, 0, 0, 0], buttons: Array.from({ length: 17 }, button) };
+  window.plugged = [];
+  navigator.getGamepads = () => window.plugged;
+}"""
+"""What a browser without a gamepad knows of gamepads, with one at hand."""
+
+
+def plug_in(page: Page) -> None:
+    page.evaluate(
+        "window.plugged = [window.pad]; window.dispatchEvent(new Event('gamepadconnected'))"
+    )
+
+
+def pairs_more(page: Page, count: int) -> None:
+    """Wait for that many more decisions."""
+    at_least(page, "pairs", int(page.locator("#pairs").inner_text()) + count)
+
+
+def dot(page: Page, x: str, y: str) -> None:
+    """Wait until the pad's dot is there: such comparisons with its middle, 50."""
+    page.wait_for_function(
+        f"""() => {{
+          const at = name => Number(document.querySelector("#pad .dot").getAttribute(name));
+          return at("cx") {x} && at("cy") {y};
+        }}"""
+    )
+
+
+def middle(page: Page, element: str) -> tuple[float, float]:
+    box = page.locator(element).bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def test_mouse_and_gamepad_steer_in_slow_motion(
+    page: Page, open_page: Callable[[], Open], pictures: Path
+) -> None:
+    page.add_init_script(f"({GAMEPAD})()")
+    opened = open_page()
+    studio, stage = opened.studio, opened.stage
+    page.locator("#option-density").fill("0.5")
+    page.locator("#steering > summary").click()
+    page.locator("#sensitivity").fill("50")
+    expect(page.locator("#sensitivity-is")).to_have_text("50 %")
+    expect(page.locator("#pad")).to_be_hidden()
+    for _ in range(2):
+        page.keyboard.press("-")
+        page.wait_for_function("() => document.querySelector('#pace.slowed')")
+    expect(page.locator("#pace-is")).to_have_text("50 %")
+
+    page.locator("#demonstrate").click()
+    phase(page, "recording")
+    x, y = middle(page, "#pad")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 200, y, steps=4)
+    dot(page, "> 65", "== 50")
+    pairs_more(page, 4)
+    page.screenshot(path=pictures / "hands.png")
+    page.mouse.up()
+    dot(page, "== 50", "== 50")
+    by_mouse = int(page.locator("#pairs").inner_text())
+
+    plug_in(page)
+    expect(page.locator("#gamepad")).to_have_text("Gamepad: Stub Pad")
+    page.evaluate("window.pad.axes = [0, -1, 0, 0]")
+    dot(page, "== 50", "< 35")
+    pairs_more(page, 4)
+    page.evaluate("window.pad.axes = [0.05, 0.05, 0, 0]")
+    dot(page, "== 50", "== 50")
+    by_gamepad = int(page.locator("#pairs").inner_text())
+
+    # The view itself is the stick, and the camera keeps still.
+    page.keyboard.press("i")
+    x, y = middle(page, "#view")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 30, y + 300, steps=4)
+    dot(page, "< 50", "> 60")
+    pairs_more(page, 4)
+    page.mouse.up()
+    dot(page, "== 50", "== 50")
+
+    # A button of the gamepad holds everything still.
+    page.evaluate("window.pad.buttons[0].pressed = true")
+    phase(page, "paused")
+    page.locator("#stop").click()
+    phase(page, "ready")
+    at_least(page, "takes-kept", 1)
+    assert stage.status()["pace"] == 0.5
+
+    with Store(studio.workspace.store_url) as store:
+        (take,) = store.takes(store.sessions()[0].id)
+        data = store.load_take(take.id)
+    shares = data.actions / stage.scene.action.high
+    first, second, third = np.split(shares, [by_mouse + 2, by_gamepad + 2])
+    assert first[:, 0].min() == -0.5
+    assert np.abs(first[:, 1]).max() == 0.0
+    assert second[:, 1].max() == 0.5
+    assert np.abs(second[:, 0]).max() == 0.0
+    assert third[:, 1].min() < -0.4
+    assert 0.0 < third[:, 0].max() < 0.1
+    assert np.diff(data.snapshots["position"][:, 0]).max() <= 10 / 15 + 1e-9
+
+
+def test_takes_follow_one_another_until_enough_are_kept(
+    page: Page, open_page: Callable[[], Open], pictures: Path
+) -> None:
+    opened = open_page()
+    page.locator("#option-density").fill("0.5")
+    page.locator("#wanted").fill("2")
+    page.locator("#steering > summary").click()
+    page.locator("#rest").fill("1")
+    page.locator("#rest").blur()
+    page.keyboard.press("n")
+    expect(page.locator("#automatic")).to_be_checked()
+    expect(page.locator("#of-wanted")).to_have_text(" of 2")
+
+    page.locator("#demonstrate").click()
+    phase(page, "recording")
+    at_least(page, "pairs", 5)
+    page.keyboard.press("Backspace")
+    expect(page.locator("#next-take")).to_be_visible()
+    page.screenshot(path=pictures / "next-take.png")
+    phase(page, "recording")
+    expect(page.locator("#next-take")).to_be_hidden()
+    page.locator("#keys select").select_option("2")
+    at_least(page, "seconds", 2.5)
+    page.keyboard.press("k")
+    expect(page.locator("#takes-kept")).to_have_text("1")
+    phase(page, "recording")
+    at_least(page, "seconds", 2.5)
+    page.locator("#keys select").select_option("2")
+    page.keyboard.press("k")
+    expect(page.locator("#takes-kept")).to_have_text("2")
+    expect(page.locator("#of-wanted.reached")).to_have_text(" of 2")
+    phase(page, "ready")
+    status = opened.stage.status()
+    assert status["next_s"] is None
+
+    with Store(opened.studio.workspace.store_url) as store:
+        session = store.sessions()[0]
+        kept = store.takes(session.id)
+    assert [take.pairs for take in kept] == [30, 30]
+    assert (
+        len({take.seed for take in kept} | {take.origin and take.origin.take for take in kept}) > 1
+    )

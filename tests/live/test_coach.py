@@ -1,0 +1,102 @@
+"""What the coach makes of demonstrators that are programs, each with its own way of steering."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from evastudio.live.coach import Coach, Moment, judged
+from evastudio.live.run import Run
+from evastudio.live.status import Advice
+from evastudio.pilots.scripted import ScriptedPilot, find_pilot
+from evastudio.pilots.straight import StraightPilot
+from evastudio.pilots.traits import Traits
+from evastudio.world.rollout import Pilot, roll_out
+from evastudio.world.scene import Scene, world_seeds
+
+EARLY = ScriptedPilot(Traits(smoothing=0.3, intention={"berth": 2.0}))
+"""Corrects early and minutely: it passes rocks by a hair."""
+
+
+class Blind(StraightPilot):
+    """Shakes the stick whatever comes."""
+
+    name = "blind"
+
+    def act(self, scene, snapshot, memory):  # type: ignore[no-untyped-def]
+        luck = [np.random.default_rng(int(1000 * x)) for x in snapshot["position"][:, 0]]
+        shaken = np.array([one.uniform(-1.0, 1.0, 2) for one in luck])
+        return scene.action.high * shaken, memory
+
+
+def flown(scene: Scene, pilot: Pilot, flights: int = 3, steps: int = 540) -> list[Moment]:
+    """Every decision of some flights."""
+    view = scene.perception()
+    takes: list[list[Moment]] = [[] for _ in range(flights)]
+
+    def watch(alive, snapshot, actions):  # type: ignore[no-untyped-def]
+        percept = view.perceive(snapshot)
+        for row, take in enumerate(alive):
+            one = slice(row, row + 1)
+            moment = Moment(percept.states[one], percept.frame[one], actions[one], int(take))
+            takes[take].append(moment)
+
+    roll_out(scene, pilot, world_seeds(3, flights), max_steps=steps, watcher=watch)
+    return [moment for take in takes for moment in take]
+
+
+@pytest.mark.parametrize("style", ["careful", "human", "keys"])
+def test_who_answers_visibly_is_told_to_go_on(asteroids: Callable[..., Scene], style: str) -> None:
+    scene = asteroids(density=4.0)
+    assert judged(scene, flown(scene, find_pilot(f"scripted:{style}"))) is Advice.SEEN
+
+
+@pytest.mark.parametrize(
+    ("pilot", "advice"),
+    [(EARLY, Advice.FAINT), (Blind(), Advice.HIDDEN), (StraightPilot(), Advice.NOTHING)],
+)
+def test_who_teaches_nothing_is_told_why(
+    asteroids: Callable[..., Scene], pilot: Pilot, advice: Advice
+) -> None:
+    scene = asteroids(density=4.0)
+    assert judged(scene, flown(scene, pilot, flights=6, steps=300)) is advice
+
+
+def test_too_early_nothing_is_said(asteroids: Callable[..., Scene]) -> None:
+    scene = asteroids(density=4.0)
+    moments = flown(scene, EARLY)
+    assert judged(scene, moments[: 39 * 15]) is None
+    assert judged(scene, moments[: 19 * 15]) is None
+
+
+def test_what_repeats_the_action_does_not_count_as_seeing_it(
+    asteroids: Callable[..., Scene],
+) -> None:
+    scene = asteroids(density=4.0)
+    moments = flown(scene, Blind(), flights=6, steps=300)
+    copies = [
+        one._replace(states=np.hstack([one.states, (one.frame[0] @ one.action[0])[None]]))
+        for one in moments
+    ]
+    assert judged(scene, copies) is Advice.HIDDEN
+
+
+def test_it_thinks_now_and_then_and_says_one_thing(asteroids: Callable[..., Scene]) -> None:
+    scene, pilot = asteroids(density=4.0), find_pilot("scripted:careful")
+    work: list[Callable[[], None]] = []
+    coach, said = Coach(scene.dt_s, work.append), []
+    for seed in world_seeds(3, 2):
+        run, memory = Run.new(scene, seed), pilot.begin(scene, [seed])
+        for _ in range(400):
+            actions, memory = pilot.act(scene, run.after, memory)
+            coach.see(run, actions)
+            said.append(coach.advice)
+            while work:
+                work.pop()()
+            run.step(actions)
+    assert said[: 40 * 15] == [None] * 40 * 15
+    changes = [(one, other) for one, other in pairwise(said) if one is not other]
+    assert changes == [(None, Advice.SEEN)]

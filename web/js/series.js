@@ -1,0 +1,66 @@
+/** Takes one after another: how many are wanted, how many are kept, and when the next begins. */
+
+import { byId, say } from "./dom.js";
+
+const AUTOMATIC = "evastudio.automatic";
+const REST = "evastudio.rest";
+const USUAL = 10;
+
+/** How many were wanted last; what a session without a number of its own begins with. */
+const LATEST = "evastudio.wanted";
+
+/** @param {number | null} session */
+const wantedOf = (session) => `${LATEST}.${session}`;
+
+/**
+ * @param {import("./store.js").Store} store
+ * @param {(wanted: number, automatic: boolean, seconds: number) => void} arrange
+ */
+export function series(store, arrange) {
+  const wanted = byId("wanted", HTMLInputElement);
+  const automatic = byId("automatic", HTMLInputElement);
+  const rest = byId("rest", HTMLInputElement);
+  const next = byId("next-take", HTMLElement);
+  const left = byId("next-in", HTMLElement);
+  automatic.checked = localStorage.getItem(AUTOMATIC) === "true";
+  rest.value = localStorage.getItem(REST) ?? rest.value;
+
+  const number = () => {
+    const own = localStorage.getItem(wantedOf(store.state.session));
+    return Number(own ?? localStorage.getItem(LATEST) ?? USUAL);
+  };
+  const tell = () => arrange(number(), automatic.checked, rest.valueAsNumber);
+
+  wanted.addEventListener("change", () => {
+    if (!wanted.value || !wanted.validity.valid) {
+      wanted.valueAsNumber = number();
+      return;
+    }
+    localStorage.setItem(LATEST, wanted.value);
+    if (store.state.session !== null) localStorage.setItem(wantedOf(store.state.session), wanted.value);
+    tell();
+  });
+  rest.addEventListener("change", () => {
+    if (!rest.value || !rest.validity.valid) rest.value = localStorage.getItem(REST) ?? "3";
+    localStorage.setItem(REST, rest.value);
+    tell();
+  });
+  automatic.addEventListener("change", () => {
+    localStorage.setItem(AUTOMATIC, String(automatic.checked));
+    tell();
+  });
+
+  store.watch(({ session, status }, before) => {
+    if (session !== before.session || !wanted.value) wanted.valueAsNumber = number();
+    if (session !== before.session && status !== null) tell();
+    next.hidden = (status?.next_s ?? null) === null;
+    say(left, String(Math.max(1, Math.ceil(status?.next_s ?? 0))));
+  });
+  return {
+    tell,
+    toggle() {
+      automatic.click();
+      return automatic.checked;
+    },
+  };
+}
