@@ -111,6 +111,7 @@ def test_what_plays_is_asked_why_and_taught_better(
     failing = page.locator("#failures > li")
     expect(failing.first).to_be_visible()
     expect(page.locator("#fails-says")).to_contain_text("worlds")
+    expect(page.locator("#placed")).to_contain_text("3 s from here")
     page.screenshot(path=pictures / "failures.png")
     status = stage.status()
     page.keyboard.down("d")

@@ -29,6 +29,9 @@ export function failures(store, act) {
   const button = byId("fails", HTMLButtonElement);
   const says = byId("fails-says", HTMLElement);
   const list = byId("failures", HTMLElement);
+  const placed = byId("placed", HTMLElement);
+  /** Where one was brought to. */
+  let there = { seed: -1, seconds: 0 };
   /** @type {Failure[]} */
   let found = [];
   let next = 0;
@@ -47,8 +50,9 @@ export function failures(store, act) {
     next = number + 1;
     const seconds = Math.max(failure.seconds - BEFORE_S, 0);
     act.play({ policy, options, seed: failure.seed, seconds });
-    const left = Math.min(failure.seconds, BEFORE_S).toFixed(0);
-    notify(`${words(failure)}, ${left} s from here. Steer to show how it is done, or watch it with Space.`);
+    there = { seed: failure.seed, seconds };
+    const left = (failure.seconds - seconds).toFixed(0);
+    say(placed, `${words(failure)}, ${left} s from here. Steer to show how it is done.`);
     show();
   }
 
@@ -72,13 +76,13 @@ export function failures(store, act) {
     list.replaceChildren(
       ...mine.map((failure, number) => {
         const title = `${words(failure)} after ${duration(failure.seconds)}`;
-        const there = make(
+        const chip = make(
           "button",
           { type: "button", "aria-pressed": String(number === next - 1), title, "aria-label": title },
           duration(failure.seconds),
         );
-        there.addEventListener("click", () => go(number));
-        return make("li", {}, there);
+        chip.addEventListener("click", () => go(number));
+        return make("li", {}, chip);
       }),
     );
     const missing = why(state);
@@ -93,6 +97,13 @@ export function failures(store, act) {
   });
   store.watch((state, before) => {
     const changed = state.policy !== before.policy || state.options !== before.options;
+    const { status, scene } = state;
+    const here =
+      status?.mode === "play" &&
+      status.phase === "paused" &&
+      status.seed === there.seed &&
+      Math.abs(status.seconds - there.seconds) < (scene?.dt_s ?? 1);
+    placed.hidden = !here;
     const able = state.jobs !== before.jobs || state.policies !== before.policies;
     if (changed || able || state.connected !== before.connected) show();
   });
