@@ -182,7 +182,6 @@ export const STUDIO = [
     shortcuts: [
       { keys: ["KeyH"], does: "tour", words: "the tour, and out of it", on: "#tour-end" },
       { keys: ["Shift+KeyN"], does: "new-session", words: "a new session", on: "#new-session", press: true },
-      { keys: ["Shift+KeyG"], does: "further", words: "where you have not been", on: "#further > summary", press: true },
       { keys: ["Shift+KeyT"], does: "takes", words: "the takes", on: "#takes-box > summary", press: true },
       { keys: ["Shift+KeyE"], does: "earlier", words: "earlier takes", on: "#takes-more", press: true },
       { keys: ["Shift+KeyO"], does: "world", words: "more of the world", on: "#options summary", press: true },
