@@ -88,8 +88,10 @@ paper: $(VENV)/.dev
 bench-reproduction: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.reproduction
 
-# Kills, loads and hours against a real studio, into docs/reliability.md; ONLY=kills for one part.
-soak: $(VENV)/.dev
+# Kills, loads, hours and animators against a real studio, into docs/reliability.md; ONLY=kills for
+# one part. How soon a pose follows a key (ONLY=response) and whether a stage keeps its step beside
+# a job (ONLY=fitting) want a machine that does nothing else.
+soak: $(VENV)/.dev chromium
 	$(BIN)/python -m benchmarks.soak $(if $(ONLY),--only $(ONLY))
 
 # The screenshots in the docs, made by the browser tests.

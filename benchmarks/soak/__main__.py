@@ -17,6 +17,9 @@ PARTS: Mapping[str, str] = {
     "kills": "benchmarks.soak.kills",
     "load": "benchmarks.soak.load",
     "hour": "benchmarks.soak.hour",
+    "response": "benchmarks.soak.response",
+    "animators": "benchmarks.soak.animators",
+    "fitting": "benchmarks.soak.fitting",
 }
 """Names for --only, and the modules that hold them, in the order in which they run. Each has a
 function `run(quick: bool, seed: int) -> bool`: it prints its figures, writes its section of
