@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.demonstrations.recorder import Recorder
-from evastudio.demonstrations.records import Verdict, Verdicts
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, StorageError, not_found
 from evastudio.learning.catalog import (
@@ -33,6 +32,7 @@ from evastudio.learning.policy import find_learner
 from evastudio.learning.policy_files import SUFFIX, save_policy
 from evastudio.learning.tuning import AUTO
 from evastudio.live.clips import dress
+from evastudio.live.missing import as_judged, missing_words
 from evastudio.live.perceiving import see_session, unmarked
 from evastudio.live.tuning import tune_session
 from evastudio.pilots.lead import LeadPilot
@@ -236,9 +236,10 @@ def fit(
         learner, settings = tuning.chosen.learner, tuning.chosen.settings
         if cleaning is None and tuning.chosen.threshold is not None:
             found = clean_pairs(pairs, scene, perception, threshold=tuning.chosen.threshold)
+            found = as_judged(found, pairs, verdicts)
             cleaning = {"neighbors": N_NEIGHBORS, **found.report()}
     told = [finding.sentence for finding in seen.findings(pairs) if finding.found]
-    told = [*missing_words(verdicts), *told]
+    told = [*missing_words(workspace, chosen, seen, late.steps, verdicts), *told]
     begins = 0.2 if tuning is None else TUNING_SHARE
     policy = fit_policy(
         pairs,
@@ -282,18 +283,6 @@ def fit(
         "report": [late.sentence(), *told, *(() if tuning is None else tuning.sentences)],
         "bytes": path.stat().st_size,
     }
-
-
-def missing_words(verdicts: Verdicts) -> list[str]:
-    """What a report says of the pairs of which people said that something is missing."""
-    some = sum(verdict is Verdict.MISSING for verdict in verdicts.values())
-    if not some:
-        return []
-    moments = "1 moment" if some == 1 else f"{some} moments"
-    return [
-        f"Of {moments} you said that something is missing: what decided you there may not be in "
-        "what the character sees. Fit with another perception, or add what is missing to one."
-    ]
 
 
 def _unless_auto(delay: Asked) -> Asked | None:

@@ -106,6 +106,17 @@ def see_session(
     ]
 
 
+def perceptions_alike(scene: Scene, perception: str | None) -> list[str]:
+    """That perception, and the others under which the same is chosen, by name.
+
+    Raises NotFoundError.
+    """
+    chosen = scene.perception(perception)
+    others = scene.perceptions.items()
+    alike = [name for name, other in others if scene.chosen(other) == scene.chosen(chosen)]
+    return [chosen.name, *(name for name in alike if name != chosen.name)]
+
+
 def unmarked(pairs: Pairs, marks: Mapping[int, Mask]) -> Mask:
     """Which of `pairs` no cleaning marked, shape (pairs,); steps it did not see are not marked."""
     keep = np.ones(len(pairs), dtype=bool)

@@ -12,7 +12,7 @@ from evastudio.learning.delay import Asked
 from evastudio.learning.tuning import AUTO, JOBS
 from evastudio.learning.tuning import tune as tune_pairs
 from evastudio.learning.tuning_report import Tuning
-from evastudio.live.perceiving import see_session
+from evastudio.live.perceiving import perceptions_alike, see_session
 from evastudio.workspace import Workspace
 from evastudio.world.loading import find_scene
 
@@ -61,11 +61,7 @@ def tune_session(
     """
     progress(0.0, "Reading the takes")
     place = find_scene(session.scene, workspace.scene_folders)()
-    chosen = place.perception(perception)
-    names = [chosen.name]
-    for name, other in place.perceptions.items():
-        if name != chosen.name and place.chosen(other) == place.chosen(chosen):
-            names.append(name)
+    names = perceptions_alike(place, perception)
     with Store(workspace.store_url) as store:
         seen = see_session(workspace, store, session, names)
     steps = seen[0].delay(delay).steps
@@ -75,7 +71,7 @@ def tune_session(
         views[0].pairs,
         seen[0].scene,
         learner,
-        perception=chosen.name,
+        perception=names[0],
         threshold=cleaned.get("threshold"),
         n_neighbors=cleaned.get("neighbors", N_NEIGHBORS),
         views=views,

@@ -15,16 +15,21 @@ from evastudio.demonstrations.by_hand import mark_by_hand
 from evastudio.demonstrations.records import SessionRecord, Verdict
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.learning.cleaning import clean_pairs
 from evastudio.learning.policy_files import load_policy
 from evastudio.live import cleaning, headless
 from evastudio.live.age import made_before
 from evastudio.live.conflicts import Conflicts, find_conflicts
 from evastudio.live.live_stage import LiveStage
+from evastudio.live.missing import missing_words
+from evastudio.live.perceiving import see_session
 from evastudio.live.picture import Picture
 from evastudio.live.sketch import FAMILIAR, STRANGE
 from evastudio.live.stages import Stages
 from evastudio.live.weighing import compared, weigh
 from evastudio.workspace import Workspace
+
+BOTH = ("canonical", "paper")
 
 
 @pytest.fixture(scope="module")
@@ -117,6 +122,29 @@ def test_what_is_said_of_pairs_counts_for_more_than_how_far_off_they_are(
     headless.fit(workspace, 1, learner="knn", delay="off", name="told")
     report = load_policy(workspace.policies / "told.safetensors").extra["findings"]
     assert "Of 1 moment you said that something is missing" in report[0]
+
+
+def test_a_perception_that_has_what_is_missing_is_named(workspace: Workspace, store: Store) -> None:
+    session = store.session(1)
+    views = {view.perception.name: view for view in see_session(workspace, store, session, BOTH)}
+    off = {
+        name: clean_pairs(view.pairs(3), view.scene, name).deviations
+        for name, view in views.items()
+    }
+    pairs = views["canonical"].pairs(3)
+
+    def words(perception: str, rows: list[int]) -> str:
+        moments = {(int(pairs.takes[row]), int(pairs.steps[row])): Verdict.MISSING for row in rows}
+        (told,) = missing_words(workspace, session, views[perception], 3, moments)
+        return told
+
+    solved = np.flatnonzero(off["paper"] < 0.5 * off["canonical"])[:3].tolist()
+    unsolved = np.flatnonzero(off["paper"] > off["canonical"])[:3].tolist()
+    assert "Of 3 moments" in words("canonical", solved)
+    assert "The perception 'paper' tells 3 of them apart" in words("canonical", solved)
+    assert "'paper' tells 3 of them apart" in words("canonical", [*solved, *unsolved])
+    assert "No other perception at hand tells them apart" in words("canonical", unsolved)
+    assert missing_words(workspace, session, views["canonical"], 3, {(1, 1): Verdict.KEEP}) == []
 
 
 def test_a_pair_is_told_beside_those_that_it_was_compared_with(
