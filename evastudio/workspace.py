@@ -66,6 +66,11 @@ class Workspace:
         return self.root / "conflicts"
 
     @property
+    def films(self) -> Path:
+        """Where films of runs and takes are kept, to be handed on."""
+        return self.root / "films"
+
+    @property
     def unsaved(self) -> tuple[Path, ...]:
         """Where takes wait that cannot be saved: here, or elsewhere where this disk is full."""
         cache = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())

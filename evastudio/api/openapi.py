@@ -29,6 +29,7 @@ TAGS = {
     "studies": "What people needed and preferred, where they agreed that it is kept.",
     "lineups": "Runs of one world side by side, on one timeline.",
     "ballots": "Two runs without names: which is livelier?",
+    "films": "Runs and takes as files to hand on.",
     "making": "Sessions and policies made with nobody at the keys.",
     "access": "Who one is here.",
     "pilots": "Who can act in a scene.",

@@ -15,6 +15,8 @@ from evastudio.cli import learning  # isort: split
 
 from evastudio.cli import evaluations  # isort: split
 
+from evastudio.cli import films  # isort: split
+
 from evastudio.cli import tokens  # isort: split
 
 from evastudio.cli import backups  # isort: split
@@ -31,6 +33,7 @@ __all__ = [
     "backups",
     "doctoring",
     "evaluations",
+    "films",
     "learning",
     "main",
     "paper",

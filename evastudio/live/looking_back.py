@@ -13,6 +13,7 @@ from evastudio.demonstrations.trimming import keep_last
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
 from evastudio.live.comparing import sketch_of
 from evastudio.live.conflicts import find_conflicts
+from evastudio.live.footage import Footage, file_name, footage_of
 from evastudio.live.headless import make_scene
 from evastudio.live.pulse import PATIENCE_S
 from evastudio.live.pushing import Push
@@ -152,6 +153,24 @@ class LookingBack:
         stage = self._stage
         reel, moments = self._live.pulse.call(lambda: (stage.run.reel, stage.run.reel.moments()))
         return strip_of(reel, moments)
+
+    def footage(self) -> Footage:
+        """The run that is looked at, or the present one, as far as it has gone.
+
+        Raises ConflictError where nothing has moved yet.
+        """
+        stage = self._stage
+        run, moments, camera = self._live.pulse.call(
+            lambda: (stage.run, stage.run.reel.moments(), stage.camera)
+        )
+        scene, take, policy = run.scene, run.reel.origin.take, run.reel.origin.policy
+        if take is not None and run.reel.origin.step == 0:
+            record = self._store.take(take)
+            what, name = f"take {record.number}", f"take-{take}"
+        else:
+            what, name = policy or "a run", f"{file_name(policy or 'run')}-{run.seed}"
+        name = f"{file_name(scene.name)}-{name}-{len(moments)}"
+        return footage_of(run.reel, moments, camera, name, f"{scene.title}: {what}")
 
     def _recorded(self, origin: Origin) -> Origin:
         """`origin`, a moment of the run that is looked at, as one of the take that the run is."""

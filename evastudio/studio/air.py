@@ -58,13 +58,15 @@ def horizon(position: Point, look_at: Point) -> float:
     return float(np.clip(0.5 + z / level / np.tan(FIELD_OF_VIEW / 2) / 2, 0.0, 1.0))
 
 
-def backdrop(look: Look, horizon: float = 0.5) -> NDArray[np.uint8]:
-    """What lies behind everything. Shape (rows, columns, 3).
+def backdrop(
+    look: Look, horizon: float = 0.5, size: tuple[int, int] = BACKDROP
+) -> NDArray[np.uint8]:
+    """What lies behind everything, `size` its rows and columns. Shape (rows, columns, 3).
 
     A sky down to the `horizon` where `look` has one, else the distance, a little darker towards the
     corners, and less so where it is bright. A little noise keeps it from showing in bands.
     """
-    rows, columns = BACKDROP
+    rows, columns = size
     y, x = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
     distance = np.asarray(look.background, dtype=np.float64)
     if look.zenith is None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import viser
 from starlette.websockets import WebSocket
+from viser.infra import StateSerializer
 
 from evastudio.errors import InvalidInputError, not_found
 from evastudio.studio.air import HORIZON_MOVES, backdrop, horizon, set_air
@@ -153,6 +154,10 @@ class View:
         if self._look.zenith is not None and abs(at - self._horizon) > HORIZON_MOVES:
             self._horizon = at
             self._server.scene.set_background_image(backdrop(self._look, at), format="png")
+
+    def recording(self) -> StateSerializer:
+        """What is shown from now on, as viser's own client can play it again."""
+        return self._server.get_scene_serializer()
 
     async def handle(self, websocket: WebSocket, heard: bool = True) -> None:
         """Serve one browser's websocket until it leaves; look at what it sends where `heard`."""

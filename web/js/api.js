@@ -173,6 +173,10 @@ export const api = {
   keepStudy: (told) => ask("POST", "/studies", told),
   /** @param {number} study @param {{session: number, person: string, instructed_s: number}} told */
   replaceStudy: (study, told) => ask("PUT", `/studies/${study}`, told),
+  /** What happens on a stage as one file. @param {string} stage @param {string} form @returns {Promise<Job>} */
+  film: (stage, form) => ask("POST", `/stages/${q(stage)}/film`, { form }),
+  /** @param {string} name */
+  filmFile: (name) => `${ROOT}/films/${q(name)}`,
   /** @param {number} study */
   forgetStudy: (study) => ask("DELETE", `/studies/${study}`),
   /** @returns {Promise<{name: string, role: "author" | "viewer"}>} */

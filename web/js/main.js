@@ -27,8 +27,10 @@ import { defaultPolicy, policies } from "./policies.js";
 import { goBack, keepPlace, placeIn } from "./place.js";
 import { Pointer } from "./pointer.js";
 import { viewed, watchScheme } from "./scheme.js";
+import { screenshot } from "./screenshot.js";
 import { series } from "./series.js";
 import { sessions } from "./sessions.js";
+import { sharing } from "./sharing.js";
 import { sheet } from "./sheet.js";
 import { STUDIO } from "./shortcuts.js";
 import { steps } from "./steps.js";
@@ -152,6 +154,7 @@ function onJob(job) {
   store.set({ jobs: isOpen(job) ? [...others, job] : others });
   if (job.state === "failed") notify(job.error ?? "It did not work.", "error");
   if (job.state !== "done") return;
+  if (job.kind === "film") return films.made(job);
   failed(job);
   unshown(job);
   attempt(async () => {
@@ -204,6 +207,7 @@ const here = {
   "keep-last": () => keepLast(keptSeconds()),
   "hand-back": () => handBack(),
   tour: () => guide.toggle(),
+  screenshot: () => takePicture(),
   why: () => whyNow(),
   unvisited: () => byId("unvisited", HTMLButtonElement).click(),
 };
@@ -227,6 +231,7 @@ function keepLast(seconds) {
   link.command("keep-last", { seconds });
   notify(`Its last ${seconds} s are kept, the rest is in the trash.`);
 }
+const takePicture = () => attempt(() => screenshot(view, store.state.scene?.name ?? "view"));
 const lookBack = timeline(store, {
   command: (name, more) => link.command(name, more),
   strip: () => (link.stage ? api.strip(link.stage.id) : Promise.reject(new Error("No stage."))),
@@ -365,6 +370,7 @@ tools(store, pointer, {
     link.command("another");
     focusView();
   },
+  screenshot: takePicture,
 });
 takes(store, {
   look: (take) => {
@@ -410,6 +416,7 @@ clips(store);
 jobs(store);
 hud(store, { acts: true });
 const guide = tour(store);
+const films = sharing(store, { stage: () => link.stage?.id ?? null, job: onJob });
 decisions(store);
 keyHelp(store, (name) => {
   command(name);

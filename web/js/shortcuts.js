@@ -110,6 +110,7 @@ export const STUDIO = [
         on: "#another",
         when: ({ status }) => status != null && status.lead !== null,
       },
+      { keys: ["KeyP"], does: "screenshot", words: "a picture of the view, as a file", on: "#screenshot" },
       { keys: ["Escape"], does: "stop", words: "stop", on: "#stop", when: going },
       { keys: ["Escape"], does: "stop", words: "begin no take by itself", when: resting },
       { keys: ["KeyR"], does: "restart", words: "begin the next take now", when: resting },
@@ -168,6 +169,7 @@ export const STUDIO = [
       { keys: ["Comma"], does: "slower", words: "slower", when: reviewing },
       { keys: ["Period"], does: "faster", words: "faster", when: reviewing },
       { keys: ["KeyF"], does: "fork", words: "go on from this moment", when: reviewing },
+      { keys: ["Shift+KeyP"], does: "share", words: "hand it on as a file", on: "#share > summary", press: true },
       {
         keys: ["Shift+KeyK"],
         does: "keep-from",
@@ -203,6 +205,7 @@ export const WATCHING = [
   {
     title: "Watching",
     shortcuts: [
+      { keys: ["KeyP"], does: "screenshot", words: "a picture of the view, as a file", on: "#screenshot", press: true },
       { keys: ["Shift+KeyC"], does: "compare", words: "see who does it best", on: ".onward", press: true },
     ],
   },

@@ -13,7 +13,7 @@ import { keyName } from "./words.js";
  * @param {import("./store.js").Store} store
  * @param {import("./pointer.js").Pointer} pointer
  * @param {{signal: (name: string, place: Place | null) => void, camera: () => void,
- *   another: () => void}} act
+ *   another: () => void, screenshot: () => void}} act
  */
 export function tools(store, pointer, act) {
   const box = byId("tools", HTMLElement);
@@ -69,6 +69,7 @@ export function tools(store, pointer, act) {
         ...scene.signals.map((one) => button(`signal-${one.name}`, one.key, () => give(one))),
         button("another", keyOf("another"), act.another),
         button("camera", keyOf("camera"), act.camera),
+        button("screenshot", keyOf("screenshot"), act.screenshot),
       );
     }
     const moves = ["recording", "playing"].includes(status?.phase ?? "");
@@ -79,6 +80,7 @@ export function tools(store, pointer, act) {
     }
     tell("another", "Another character", notNow(state, "another"), (status?.lead ?? null) === null);
     const cameras = status?.cameras ?? [];
+    tell("screenshot", "Take a picture", null);
     tell("camera", `Camera: ${status?.camera ?? ""}`, null, cameras.length < 2);
   });
 }

@@ -5,7 +5,8 @@ import { decisions } from "./decisions.js";
 import { byId, fill } from "./dom.js";
 import { hud } from "./hud.js";
 import { Link } from "./link.js";
-import { notify } from "./notices.js";
+import { attempt, notify } from "./notices.js";
+import { screenshot } from "./screenshot.js";
 import { viewed, watchScheme } from "./scheme.js";
 import { pageKeys, sheet } from "./sheet.js";
 import { WATCHING } from "./shortcuts.js";
@@ -62,6 +63,9 @@ link.addEventListener("message", (event) => {
   if (type === "status") store.set({ status: content });
   else if (type === "notice") notify(content.text, content.level);
 });
+byId("screenshot", HTMLButtonElement).addEventListener("click", () =>
+  attempt(() => screenshot(view, store.state.scene?.name ?? "view")),
+);
 choice.addEventListener("change", () => {
   wanted = choice.value;
   store.set({ status: null });
