@@ -249,9 +249,9 @@ const hands = new Hands(
   () => store.state.scene,
   (held, pushed, timeMs) => {
     showHeld(held);
-    guide.steers(held);
     const { status } = store.state;
     const touched = held.length > 0 || Object.keys(pushed).length > 0;
+    guide.steers(touched);
     // Who steers what plays takes over; where there is nowhere to record it yet, that is made first.
     if (touched && status?.mode === "play" && !status.session) link.command("take-over");
     const forMs = touched ? GOOD_MS : null;

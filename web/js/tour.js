@@ -24,7 +24,7 @@ const LONGEST_MS = 1000;
 
 /**
  * @param {import("./store.js").Store} store
- * @returns {{toggle: () => void, steers: (held: string[]) => void}}
+ * @returns {{toggle: () => void, steers: (touched: boolean) => void}}
  */
 export function tour(store) {
   const card = byId("tour", HTMLElement);
@@ -235,8 +235,8 @@ export function tour(store) {
         go.focus();
       } else close();
     },
-    steers: (held) => {
-      seen.held = held.length > 0;
+    steers: (touched) => {
+      seen.held = touched;
     },
   };
 }
