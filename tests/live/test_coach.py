@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from evastudio.live.coach import Coach, Moment, judged
 from evastudio.live.run import Run
+from evastudio.live.stage import COUNTDOWN_S, Stage
 from evastudio.live.status import Advice
 from evastudio.pilots.scripted import ScriptedPilot, find_pilot
 from evastudio.pilots.straight import StraightPilot
 from evastudio.pilots.traits import Traits
 from evastudio.world.rollout import Pilot, roll_out
 from evastudio.world.scene import Scene, world_seeds
+from tests.live.test_stage import run
 
 EARLY = ScriptedPilot(Traits(smoothing=0.3, intention={"berth": 2.0}))
 """Corrects early and minutely: it passes rocks by a hair."""
@@ -100,3 +105,18 @@ def test_it_thinks_now_and_then_and_says_one_thing(asteroids: Callable[..., Scen
     assert said[: 40 * 15] == [None] * 40 * 15
     changes = [(one, other) for one, other in pairwise(said) if one is not other]
     assert changes == [(None, Advice.SEEN)]
+
+
+def test_a_stage_tells_what_the_coach_makes_of_it(stage: Stage, scene: Scene) -> None:
+    stage.demonstrate(scene, 5, 0.0, 0.0)
+    now = run(stage, 0.0, COUNTDOWN_S + 5.0, every=0.02)
+    assert stage.status(now).coach is None
+    now = run(stage, now, 28.0, every=0.02)
+    assert stage.status(now).coach is Advice.NOTHING
+    assert json.dumps(stage.status(now).coach) == '"nothing"'
+
+
+def test_the_page_has_words_for_all_that_a_coach_says() -> None:
+    page = Path(__file__).parents[2] / "web" / "js" / "coach.js"
+    said = re.findall(r'^  (\w+): "', page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(said) == sorted(Advice)

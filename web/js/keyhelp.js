@@ -20,7 +20,7 @@ const DOES = [
   ["there", "restart-same", "try again from there"],
   ["keep", "keep-last", "keep the last"],
   ["discard", "discard", "throw away"],
-  ["series", "automatic", "one after another"],
+  ["series", "automatic", "take after take"],
   ["look", "look-back", "look back"],
   ["stop", "stop", "stop"],
 ];
