@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
 
 from evastudio.errors import BusyError, ConflictError, NotFoundError, StudioError
@@ -28,6 +29,8 @@ Asked = tuple[str, Work, int | None, dict[str, Any]]
 """What `Jobs.submit` was given."""
 
 MAX_WAITING = 20
+NICENESS = 10
+"""Added to that of a worker, so that stages go first."""
 KEPT = 200
 """Finished jobs are remembered up to this many."""
 
@@ -231,11 +234,24 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
+def _give_way() -> None:
+    """Let stages go first, whichever thread works.
+
+    On Linux each thread has a niceness of its own, and libraries of linear algebra have started
+    theirs by now, as they were loaded.
+    """
+    os.nice(NICENESS)
+    threads = Path("/proc/self/task")
+    if threads.is_dir():
+        for thread in threads.iterdir():
+            os.setpriority(os.PRIO_PROCESS, int(thread.name), os.getpriority(os.PRIO_PROCESS, 0))
+
+
 def _work(
     pipe: Connection, work: Work, arguments: dict[str, Any], logs: Logs, request: str | None
 ) -> None:
     """In the worker: run, tell progress, tell the result or why there is none."""
-    os.nice(10)
+    _give_way()
     logs.begin()
     request_id.set(request)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for the server, which ends its jobs

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 
@@ -17,7 +18,7 @@ from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, NotFoundError
 from evastudio.live import headless
 from evastudio.live.cleaning import clean
-from evastudio.live.jobs import ENDED, Job, Jobs, JobState
+from evastudio.live.jobs import ENDED, NICENESS, Job, Jobs, JobState
 from evastudio.workspace import Workspace
 
 WAIT_S = 60.0
@@ -88,6 +89,23 @@ def test_a_running_job_and_a_waiting_one_are_cancelled(
     watched.jobs.cancel(first.id)
     assert watched.ended(first.id).state is JobState.CANCELLED
     assert watched.ended(second.id).state is JobState.CANCELLED
+
+
+def test_every_thread_of_a_job_gives_way_to_the_stages(
+    watched: Watched, workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "2")
+    job = watched.jobs.submit(
+        "record", headless.record, workspace=workspace, scene="asteroids", minutes=500.0
+    )
+    watched.until(job.id, lambda job: job.progress > 0.0)
+    worker = watched.jobs.worker(job.id)
+    found = [int(thread.name) for thread in Path(f"/proc/{worker}/task").iterdir()]
+    ours = os.getpriority(os.PRIO_PROCESS, 0)
+    assert {os.getpriority(os.PRIO_PROCESS, thread) for thread in found} == {
+        min(ours + NICENESS, 19)
+    }
+    watched.jobs.cancel(job.id)
 
 
 def test_a_killed_worker_is_told_and_its_job_runs_again(
