@@ -23,8 +23,9 @@ def test_a_page_is_where_it_was_after_a_restart(page: Page, tmp_path: Path) -> N
     port = urlsplit(studio.base).port
     page.goto(studio.url)
     expect(page.locator("#phase[data-phase=ready]")).to_be_attached()
-    page.locator("#tour-end").click()
     page.locator("#session").select_option(label="First (1 take)")
+    expect(page.locator("#takes > li")).to_have_attribute("data-take", "1")
+    expect(page.locator("#session option:checked")).to_have_text("First (1 take)")
     page.locator("#option-density").fill("2")
     page.locator("#camera").click()
     expect(page.locator("#camera")).not_to_contain_text("chase")
@@ -35,10 +36,14 @@ def test_a_page_is_where_it_was_after_a_restart(page: Page, tmp_path: Path) -> N
     page.keyboard.press("K")
     page.keyboard.press("End")
     time = page.locator("#moment-time")
-    page.wait_for_function("document.getElementById('moment').valueAsNumber > 60")
+    page.wait_for_function("() => document.getElementById('moment').valueAsNumber > 60")
     shown = time.inner_text()
 
+    expect(page.locator("#session option:checked")).to_have_text("First (1 take)")
     studio.kill()
+    studio.client.close()
+    assert studio.process.stdout is not None
+    studio.process.stdout.close()
     expect(page.locator("#connection")).to_contain_text("The studio does not answer")
     again = launch(workspace, arguments=["--port", str(port)])
     try:
