@@ -104,7 +104,11 @@ link.addEventListener("stage", (event) => {
 watchScheme(() => {
   if (link.stage) view.src = viewed(link.stage.view);
 });
+/** The session that was chosen while nobody could be told. @type {number | null} */
+let unsent = null;
 link.addEventListener("open", () => {
+  if (unsent !== null) link.command("session", { session: unsent });
+  unsent = null;
   // The view connects anew by itself only while it has the focus.
   if (!banner.hidden && !viewIsNew && link.stage) view.src = viewed(link.stage.view);
   viewIsNew = false;
@@ -347,12 +351,13 @@ sessions(store, {
     const scene = store.state.scenes.find((one) => one.name === name) ?? null;
     localStorage.setItem(LAST_SCENE, name);
     if (scene === null) return;
+    unsent = null;
     store.set({ scene, session: null, takes: [], status: null, ...choicesIn(scene) });
     link.connect(true);
   },
   chooseSession: (id) => {
     store.set({ session: id, takes: [] });
-    link.command("session", { session: id });
+    unsent = link.command("session", { session: id }) ? null : id;
     attempt(reload);
   },
 });
