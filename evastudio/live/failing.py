@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -10,12 +10,14 @@ import numpy as np
 
 from evastudio.evaluation.blaming import blaming
 from evastudio.evaluation.evaluate import MAX_STEPS, Flown, fly
-from evastudio.evaluation.flight import Logbook
+from evastudio.evaluation.flight import Flight, Logbook
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.compiled import ensure_compiled
 from evastudio.live.headless import make_scene
 from evastudio.live.piloting import load_pilot, scene_of
+from evastudio.pilots.policy import PolicyPilot
 from evastudio.workspace import Workspace
+from evastudio.world.cast import of_lead
 from evastudio.world.rollout import Pilot, roll_out
 from evastudio.world.scene import Scene, world_seeds
 
@@ -24,16 +26,19 @@ MOST = 8
 """Failures that are enough."""
 TOGETHER = 16
 """Worlds flown at a time."""
-NEAR = "near"
+LOOKED_AT = 16
+"""Worlds in which the strangest moment is looked for, where nothing else is found."""
+NEAR, STRANGE = "near", "strange"
 
 
 @dataclass(frozen=True)
 class Failure:
-    """When a world went wrong."""
+    """When a world went wrong, or would have most likely."""
 
     seed: int
     outcome: str
-    """Of the scene's outcomes, or 'near' for a close call in a world that went well."""
+    """Of the scene's outcomes; in a world that went well 'near' for a close call, or 'strange' for
+    the moment that was least like what the policy was shown."""
     seconds: float
     """Since the world began."""
 
@@ -52,7 +57,8 @@ def find_failures(
     """Fly `policy` through up to `worlds` new worlds that follow from `seed`, until `most` failed.
 
     `failures` in what is told are those, the first world first; where none failed, the closest
-    calls, the closest first. `failed` counts the failures among the `worlds` that were flown.
+    calls, the closest first, and where there were none, the moments that were least like what was
+    shown. `failed` counts the failures among the `worlds` that were flown.
     """
     progress(0.0, "Getting ready")
     ensure_compiled()
@@ -72,6 +78,7 @@ def find_failures(
     failures = found[:most]
     if not found:
         failures = [_closest(place, pilot, policy, world) for _, world in sorted(close)[:most]]
+        failures = failures or _strangest(place, pilot, policy, seeds[:LOOKED_AT])[:most]
     progress(1.0, "Looked")
     return {
         "policy": policy,
@@ -108,8 +115,30 @@ def _close(scene: Scene, flown: Flown) -> list[tuple[float, int]]:
 
 def _closest(scene: Scene, pilot: Pilot, name: str, seed: int) -> Failure:
     """When a world came to its closest call."""
+    (flight,) = _flights(scene, pilot, name, [seed])
+    return Failure(seed, NEAR, int(np.argmin(flight.clearances)) * scene.dt_s)
+
+
+def _strangest(scene: Scene, pilot: Pilot, name: str, seeds: Sequence[int]) -> list[Failure]:
+    """When each world was least like what `pilot` was shown, the strangest first.
+
+    Empty where it keeps nothing of what it was shown.
+    """
+    if not isinstance(pilot, PolicyPilot):
+        return []
+    view, found = scene.perceptions[pilot.policy.perception], []
+    for seed, flight in zip(seeds, _flights(scene, pilot, name, seeds), strict=True):
+        states = of_lead(flight.moments, view.perceive(flight.moments).states)
+        distances = pilot.policy.explain(states).distances
+        if distances.shape[1] == 0:
+            return []
+        step = int(np.argmax(distances[:, 0]))
+        found.append((-distances[step, 0], Failure(seed, STRANGE, step * scene.dt_s)))
+    return [failure for _, failure in sorted(found, key=lambda one: one[0])]
+
+
+def _flights(scene: Scene, pilot: Pilot, name: str, seeds: Sequence[int]) -> list[Flight]:
     log = Logbook(scene)
     with blaming(scene, name):
-        roll_out(scene, pilot, [seed], max_steps=MAX_STEPS, watcher=log)
-        (flight,) = log.flights()
-    return Failure(seed, NEAR, int(np.argmin(flight.clearances)) * scene.dt_s)
+        roll_out(scene, pilot, seeds, max_steps=MAX_STEPS, watcher=log)
+        return log.flights()

@@ -12,6 +12,7 @@ from evastudio.demonstrations.records import RECORDED
 from evastudio.demonstrations.store import Store
 from evastudio.live import headless
 from tests.browser.acting import FRAMES, at_least, focus_view, moment, phase
+from tests.browser.axe import barriers
 
 if TYPE_CHECKING:
     from conftest import Open, Running
@@ -52,6 +53,7 @@ def test_what_plays_is_asked_why_and_taught_better(
     take, step = why.moments[0].tolist()
     expect(rows.first).to_have_attribute("data-take", str(take))
     expect(rows.first).to_have_attribute("data-step", str(step))
+    assert barriers(page) == []
     page.evaluate(FRAMES, 20)
     page.screenshot(path=pictures / "why.png")
 

@@ -9,8 +9,9 @@ from evastudio.demonstrations.records import Origin
 from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError
+from evastudio.live import headless
 from evastudio.live.approach import LONGEST, approach
-from evastudio.live.failing import NEAR, find_failures
+from evastudio.live.failing import NEAR, STRANGE, find_failures
 from evastudio.live.stage import Stage
 from evastudio.live.status import Mode, Phase
 from evastudio.pilots.straight import StraightPilot
@@ -70,6 +71,16 @@ def test_where_no_world_fails_the_closest_calls_are_told(workspace: Workspace) -
     assert (told["worlds"], told["failed"]) == (4, 0)
     assert {one["outcome"] for one in told["failures"]} == {NEAR}
     assert all(one["seconds"] > 0.0 for one in told["failures"])
+
+
+def test_where_nothing_can_go_wrong_the_strangest_moments_are_told(workspace: Workspace) -> None:
+    few = {"people": 20.0}
+    headless.record(workspace, "crowd", minutes=0.5, options=few, session="shown")
+    headless.fit(workspace, "shown", delay="off", name="own")
+    told = find_failures(workspace, "own", options=few, worlds=2, most=1)
+    assert (told["failed"], [one["outcome"] for one in told["failures"]]) == (0, [STRANGE])
+    told = find_failures(workspace, "straight", scene="crowd", options=few, worlds=1)
+    assert told["failures"] == []
 
 
 def test_a_world_that_ends_before_one_is_there_is_no_place_to_go(scene: Scene) -> None:

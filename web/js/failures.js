@@ -10,11 +10,22 @@ import { duration, outcomeWords, plural } from "./words.js";
 /** @typedef {import("./types.js").Job} Job */
 
 const BEFORE_S = 3;
-/** What a world is told for that went well, but only just. */
-const NEAR = "near";
+/** What a world is told for that went well. @type {Record<string, string>} */
+const WELL = { near: "A close call", strange: "Least like your takes" };
 
 /** @param {Failure} failure */
-const words = ({ outcome }) => (outcome === NEAR ? "A close call" : outcomeWords(outcome));
+const words = ({ outcome }) => WELL[outcome] ?? outcomeWords(outcome);
+
+/** What was found, said in a sentence. @param {{worlds: number, failed: number, failures: Failure[]}} told */
+function sentence({ worlds, failed, failures: [first] }) {
+  const all = plural(worlds, "world");
+  if (failed) return `It failed in ${failed} of ${all}.`;
+  const instead = {
+    near: "These were its closest calls.",
+    strange: "Here it was least like your takes.",
+  }[first?.outcome ?? ""];
+  return `It failed in none of ${all}. ${instead ?? ""}`;
+}
 
 /** Why none can be looked for now. @param {import("./types.js").State} state */
 const why = (state) =>
@@ -110,11 +121,10 @@ export function failures(store, act) {
 
   return (job) => {
     if (job.kind !== "failures" || !asked.delete(job.id) || key !== present()) return;
-    const { worlds, failed, failures: told } = /** @type {any} */ (job.result);
-    found = told;
+    const told = /** @type {any} */ (job.result);
+    found = told.failures;
     next = 0;
-    const close = found.length ? " These were its closest calls." : "";
-    say(says, `It failed in ${failed || "none"} of ${plural(worlds, "world")}.${failed ? "" : close}`);
+    say(says, sentence(told));
     if (found.length) go(0);
     else show();
   };

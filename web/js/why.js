@@ -84,7 +84,7 @@ export function why(store, act) {
     const share = `${Math.round(100 * weight)} %`;
     const bar = make("progress", { max: "1", value: String(weight), "aria-label": `Counted ${share}` });
     if (take === null || step === null || seconds === null) {
-      const words = number === null ? "A moment of a take that is not here any more" : "A moment";
+      const words = number === null ? "A moment of a take that is not here" : "A moment";
       return make("li", {}, make("p", { class: "why-when" }, words), bar);
     }
     const dt = store.state.scene?.dt_s ?? 1;
