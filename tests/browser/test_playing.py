@@ -146,6 +146,7 @@ def test_what_plays_is_asked_why_and_taught_better(
     page.locator("#play").click()
     phase(page, "playing")
     at_least(page, "seconds", 1)
+    expect(page.locator("#phase")).to_have_text("Playing asteroids-careful")
     page.keyboard.press("y")
     phase(page, "paused")
     expect(page.locator("#why-says")).to_contain_text("compact form")

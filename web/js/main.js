@@ -175,10 +175,10 @@ function onJob(job) {
 
 /**
  * Read sessions, takes and policies again.
- * @param {string | null} [policy] the one to play from now on
+ * @param {string | null} [policy] the one to play from now on; the chosen one where there is none
  * @param {number} [some] how many takes at most
  */
-async function reload(policy = store.state.policy, some = Math.max(store.state.takes.length, SOME)) {
+async function reload(policy = null, some = Math.max(store.state.takes.length, SOME)) {
   const { scene, session: id } = store.state;
   if (scene === null) return;
   const [known, all, found] = await Promise.all([
@@ -188,7 +188,7 @@ async function reload(policy = store.state.policy, some = Math.max(store.state.t
   ]);
   if (store.state.session !== id || store.state.scene !== scene) return;
   store.set({ sessions: known, policies: all, takes: found.items, moreTakes: found.more,
-    policy: defaultPolicy(all, policy) });
+    policy: defaultPolicy(all, policy ?? store.state.policy) });
 }
 
 // -- the person ----------------------------------------------------------------------------------
@@ -383,7 +383,7 @@ takes(store, {
     link.command("roll", { speed: 1 });
     focusView();
   },
-  reload: (some) => reload(store.state.policy, some),
+  reload: (some) => reload(null, some),
 });
 const failed = failures(store, {
   play: (more) => {

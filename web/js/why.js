@@ -120,7 +120,6 @@ export function why(store, act) {
     if (status?.phase === "playing") return act.command("pause");
     open = box.hidden && status !== null && still(status);
     asked = "";
-    left = 0;
     look();
   }
 
@@ -141,7 +140,10 @@ export function why(store, act) {
     const was = before.status;
     const stopped = was?.phase === "playing" && status.phase === "paused" && was.mode === "play";
     if (stopped && was.seed === status.seed) open = true;
-    if (!still(status)) open = false;
+    if (!still(status)) {
+      open = false;
+      left = 0;
+    }
     if (was && status.forgotten > was.forgotten && open) {
       left += 1;
       asked = "";
