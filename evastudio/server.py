@@ -42,6 +42,7 @@ from evastudio.observing.requests import Requests
 from evastudio.observing.store_times import watch_store
 from evastudio.settings import Settings
 from evastudio.studio.client import client_page
+from evastudio.studio.filming import film
 from evastudio.studio.scheme import Scheme
 from evastudio.studio.views import Views
 from evastudio.workspace import shipped
@@ -80,7 +81,7 @@ def create_app(settings: Settings, port: int) -> FastAPI:
             for listener in list(context.job_listeners):
                 listener(job)
 
-        context = Context(workspace, store, Jobs(job_changed), Stages(workspace, store))
+        context = Context(workspace, store, Jobs(job_changed), Stages(workspace, store), film)
         context.stage_closed.append(views.close)
         app.state.context = context
         metrics.look_at(context.stages, context.jobs, lambda: context.messages_waiting)

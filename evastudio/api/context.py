@@ -13,7 +13,7 @@ from starlette.requests import HTTPConnection
 from evastudio.api.attendance import Attendance
 from evastudio.api.job_feed import JobFeed
 from evastudio.demonstrations.store import Store
-from evastudio.live.jobs import Job, Jobs
+from evastudio.live.jobs import Job, Jobs, Work
 from evastudio.live.lineups import Lineups
 from evastudio.live.reviewing import Reviewing
 from evastudio.live.shelf import Shelf
@@ -30,6 +30,8 @@ class Context:
     store: Store
     jobs: Jobs
     stages: Stages
+    film: Work
+    """The job that makes footage into a file, which takes a screen to know."""
     stage_closed: list[Callable[[str], None]] = field(default_factory=list)
     job_listeners: set[Callable[[Job], None]] = field(default_factory=set)
     outgoing: set[asyncio.Queue[Any]] = field(default_factory=set)

@@ -12,8 +12,8 @@ from evastudio.api.models.common import Page
 from evastudio.api.models.films import FilmIn, FilmOut, TakeFilmIn
 from evastudio.api.models.jobs import JobOut
 from evastudio.api.paging import NamedPage
+from evastudio.live import films
 from evastudio.live.footage import Footage, take_footage
-from evastudio.studio import filming
 
 KINDS = {"html": "text/html; charset=utf-8", "mp4": "video/mp4"}
 
@@ -23,7 +23,7 @@ router = APIRouter(tags=["films"])
 @router.post("/takes/{take}/film", status_code=status.HTTP_202_ACCEPTED)
 def film_take(take: int, body: TakeFilmIn, studio: Studio) -> JobOut:
     """Make a take into a file; a job whose result names the film."""
-    filming.check(body.form, (body.width, body.height))
+    films.check(body.form, (body.width, body.height))
     footage = take_footage(studio.workspace, studio.store, take, body.camera)
     return _filming(footage, body, studio)
 
@@ -31,7 +31,7 @@ def film_take(take: int, body: TakeFilmIn, studio: Studio) -> JobOut:
 @router.post("/stages/{stage}/film", status_code=status.HTTP_202_ACCEPTED)
 async def film_stage(stage: str, body: FilmIn, studio: Studio) -> JobOut:
     """Make what happened on a stage, or the take one looks at there, into a file; a job."""
-    filming.check(body.form, (body.width, body.height))
+    films.check(body.form, (body.width, body.height))
     found = studio.stages.get(stage)
     footage = await asyncio.to_thread(found.looking_back.footage)
     return _filming(footage, body, studio)
@@ -41,7 +41,7 @@ async def film_stage(stage: str, body: FilmIn, studio: Studio) -> JobOut:
 def list_films(studio: Studio, paging: NamedPage) -> Page[FilmOut]:
     """The films kept, by name."""
     return paging.page(
-        filming.films(studio.workspace), lambda film: film.name, FilmOut.model_validate
+        films.films(studio.workspace), lambda film: film.name, FilmOut.model_validate
     )
 
 
@@ -52,7 +52,7 @@ def list_films(studio: Studio, paging: NamedPage) -> Page[FilmOut]:
 )
 def get_film(film: str, request: Request, studio: Studio) -> Response:
     """A film as a file."""
-    path = filming.film_file(studio.workspace, film)
+    path = films.film_file(studio.workspace, film)
     told = path.stat()
     etag = etag_of("film", film, told.st_size, told.st_mtime_ns)
     return download(request, etag, film, KINDS[path.suffix[1:]], path.read_bytes)
@@ -61,13 +61,13 @@ def get_film(film: str, request: Request, studio: Studio) -> Response:
 @router.delete("/films/{film}", status_code=status.HTTP_204_NO_CONTENT)
 def delete_film(film: str, studio: Studio) -> None:
     """Delete a film; what it shows stays."""
-    filming.forget_film(studio.workspace, film)
+    films.forget_film(studio.workspace, film)
 
 
 def _filming(footage: Footage, body: FilmIn, studio: Context) -> JobOut:
     job = studio.jobs.submit(
         "film",
-        filming.film,
+        studio.film,
         workspace=studio.workspace,
         footage=footage,
         form=body.form,

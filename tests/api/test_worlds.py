@@ -17,6 +17,7 @@ from evastudio.demonstrations.store import Store
 from evastudio.live import headless
 from evastudio.live.jobs import Jobs
 from evastudio.live.stages import Stages
+from evastudio.studio.filming import film
 from evastudio.workspace import Workspace
 from evastudio.world.rollout import roll_out
 
@@ -191,7 +192,7 @@ def test_worlds_nobody_asks_for_close_themselves_and_keep_the_take(
         await routes._close_when_idle(batch, context)
 
     with Store(workspace.store_url) as store:
-        context = Context(workspace, store, Jobs(), Stages(workspace, store))
+        context = Context(workspace, store, Jobs(), Stages(workspace, store), film)
         session = store.create_session(scene, "Left", "x", 0.0)
         asyncio.run(left_alone(context, session))
         assert context.worlds.all() == []

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
+from evastudio.live import films
 from evastudio.live.footage import file_name, footage_of, frames, policy_footage
 from evastudio.studio import filming
 from evastudio.studio.painter import Painter
@@ -40,14 +41,14 @@ def test_a_page_holds_all_that_it_plays(workspace: Workspace) -> None:
     footage = policy_footage(workspace, "asteroids-careful", 4, {"density": 0.3}, None)
     begun = {name: array[:30] for name, array in footage.moving.items()}
     told = filming.film(workspace, replace(footage, moving=begun))
-    (kept,) = filming.films(workspace)
+    (kept,) = films.films(workspace)
     assert kept.name == told["film"] == "asteroids-asteroids-careful-4.html"
-    page = filming.film_file(workspace, kept.name).read_text(encoding="utf-8")
+    page = films.film_file(workspace, kept.name).read_text(encoding="utf-8")
     assert "__VISER_EMBED_DATA__" in page
     assert "<title>Asteroid field: asteroids-careful, world 4</title>" in page
-    filming.forget_film(workspace, kept.name)
+    films.forget_film(workspace, kept.name)
     with pytest.raises(NotFoundError, match="film"):
-        filming.film_file(workspace, kept.name)
+        films.film_file(workspace, kept.name)
 
 
 def test_a_painter_shows_nearer_things_before_farther_ones(workspace: Workspace) -> None:
