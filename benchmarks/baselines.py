@@ -277,7 +277,7 @@ def report(
         cells = [
             number(one.mean("time_s"), "{:.2f}"),
             number(one.mean("turn"), "{:.2f}", 100.0),
-            number(one.mean("jerk") if one.figures["turn"].any() else None, "{:.2f}"),
+            number(one.mean("jerk"), "{:.2f}"),
             number(one.mean("near_misses"), "{:.2f}"),
             number(one.unlike, "{:.3f}"),
             number(one.decision_us, "{:.0f}"),

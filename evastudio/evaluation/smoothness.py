@@ -16,6 +16,8 @@ SPECTRUM_HZ = 10.0
 """Faster components are noise, and not looked at."""
 FAINTEST = 0.05
 """Components at the top of the spectrum weaker than this share of the strongest are not either."""
+ROUNDING = 1e-9
+"""A jerk below this is that of the last digits of a steady flight: one smooth stroke has 205."""
 PADDING = 4
 """The spectrum is computed on 2 to this power times as many moments as there are."""
 
@@ -35,7 +37,7 @@ def log_dimensionless_jerk(velocities: Array, dt_s: float) -> float:
     jerk = np.diff(velocities, n=2, axis=0) / dt_s**2
     duration = (len(velocities) - 1) * dt_s
     whole = float((jerk**2).sum()) * dt_s * duration**3 / peak**2
-    return float("inf") if whole == 0.0 else float(-np.log(whole))
+    return float("inf") if whole < ROUNDING else float(-np.log(whole))
 
 
 def spectral_arc_length(profile: Array, dt_s: float) -> float:

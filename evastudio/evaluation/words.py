@@ -88,8 +88,8 @@ def _pair(pilots: Mapping[str, Any], found: Mapping[str, Any]) -> str:
         first = f"{ours} and {theirs} end well equally often, in {rates[0]} of the worlds."
     else:
         first = (
-            f"{ours} ends well in {rates[0]} of the worlds and {theirs} in {rates[1]}; so small a "
-            "difference may be luck, and more worlds would tell."
+            f"{ours} ends well in {rates[0]} of the worlds and {theirs} in {rates[1]}; of "
+            f"{ending['worlds']} worlds this may be luck, and more worlds would tell."
         )
     others = [
         _figure(name, one)

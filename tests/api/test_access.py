@@ -113,7 +113,7 @@ def test_the_cookie_alone_changes_nothing_from_another_site(studio: Studio) -> N
     assert httpx.post(url, json=body, headers=own, trust_env=False).status_code == 201
 
 
-def test_another_host_name_is_knock(studio: Studio) -> None:
+def test_another_host_name_is_refused(studio: Studio) -> None:
     host, _, port = studio.base.removeprefix("http://").partition(":")
     for name in ("evil.example", f"evil.example:{port}", "127.0.0.1.evil.example", ""):
         connection = http.client.HTTPConnection(host, int(port))

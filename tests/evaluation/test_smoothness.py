@@ -43,5 +43,8 @@ def test_what_does_not_move_has_no_smoothness():
     assert np.isnan(log_dimensionless_jerk(np.zeros((9, 2)), 0.1))
     assert np.isnan(log_dimensionless_jerk(np.ones((3, 2)), 0.1))
     assert log_dimensionless_jerk(np.ones((9, 2)), 0.1) == np.inf
+    steady = np.diff(np.arange(500.0)[:, None] * (10.0 / 15.0, 0.1), axis=0) * 15.0
+    assert np.ptp(steady[:, 0]) > 0.0, "its last digits change"
+    assert log_dimensionless_jerk(steady, 1 / 15) == np.inf
     assert np.isnan(spectral_arc_length(np.zeros(9), 0.1))
     assert np.isnan(spectral_arc_length(np.ones(3), 0.1))

@@ -32,7 +32,7 @@ def test_a_difference_beyond_luck_is_called_one_and_says_for_whom() -> None:
 
 def test_what_may_be_luck_is_called_so() -> None:
     said = compared(a=([True] * 39 + [False], [30.0] * 40), b=([True] * 40, [30.0] * 40))
-    assert "may be luck, and more worlds would tell" in said
+    assert "; of 40 worlds this may be luck, and more worlds would tell." in said
     assert "No other difference is larger than luck makes in 40 worlds." in said
     assert "equally often, in 100.0 %" in compared(
         a=([True] * 40, [30.0] * 40), b=([True] * 40, [30.0] * 40)

@@ -15,6 +15,7 @@ from evastudio.scenery.fleeing import fleeing
 from evastudio.workspace import shipped
 from evastudio.world.loading import load_scene_file
 from evastudio.world.scene import world_seeds
+from evastudio.world.snapshot import stack
 
 CROWD = load_scene_file(shipped() / "scenes" / "crowd.py")
 CELL, IMPACT_S = 0.7, 1.0
@@ -61,6 +62,28 @@ def test_of_several_who_claim_a_cell_one_goes_and_the_others_are_blocked() -> No
     moved = np.abs(after["position"] - start["position"]).max(axis=2)[0] > 0
     assert moved.sum() == 1
     assert after["blocked"][0].tolist() == [*(~moved[:2]).astype(int).tolist(), 0]
+
+
+def test_what_is_measured_of_a_crowd_is_what_its_people_do() -> None:
+    """For a minute one asks for the cell of another who stands there, and one turns to and fro."""
+    scene = CROWD(people=3, side=9)
+    moment = scene.worlds([0]).after(
+        position=np.array([[(2, 4), (3, 4), (8, 8)]]) * CELL, heading=np.zeros((1, 3))
+    )
+    moments, actions = [], []
+    for step in range(121):
+        chosen = np.zeros((1, 3, 6))
+        chosen[0, 0, 1] = 1.0
+        chosen[0, 2, 0] = (-1.0) ** step
+        moments.append(moment)
+        actions.append(chosen)
+        moment = scene.step(moment, chosen)
+    told = scene.measures(stack(moments), np.concatenate(actions))
+    assert told["blocked_per_minute"] == pytest.approx(120 / 3)
+    assert told["stuck_s"] == told["still_s"] == pytest.approx(60.0)
+    assert told["cells_per_minute"] == pytest.approx(1.0)
+    assert told["dithering"] == pytest.approx(1 / 3)
+    assert told["standing"] == told["turning"] == pytest.approx(1 / 3)
 
 
 def test_two_do_not_cross_at_a_corner() -> None:
