@@ -47,13 +47,17 @@ def compare_perceptions(
     views = [view for view in views if _of_same_moments(view.pairs, views[0].pairs)]
     if len(views) < 2:
         return {}
-    tasks = [(view, held) for view in views for held in examiner.folds]
+    tasks = []  # of arrays alone: where a perception comes from a scene's file, no worker has it
+    for view in views:
+        actions = view.pairs.actions[:, 0] if is_classifier(learner) else view.pairs.actions
+        tasks += [(learner, view.pairs.states, actions, held) for held in examiner.folds]
     run = joblib.Parallel(n_jobs=examiner.n_jobs, prefer="threads", return_as="generator")
-    parts = run(joblib.delayed(_answers)(learner, view, held) for view, held in tasks)
+    parts = run(joblib.delayed(answers)(*task) for task in tasks)
     given = [np.empty_like(view.pairs.actions) for view in views]
     for number, part in enumerate(parts):
         row, fold = divmod(number, len(examiner.folds))
-        given[row][examiner.folds[fold]] = part
+        held = examiner.folds[fold]
+        given[row][held] = part.reshape(-1, given[row].shape[1])
         examiner.progress((number + 1) / len(tasks), "Trying other perceptions")
     trials = {}
     for view, answered in zip(views, given, strict=True):
@@ -67,9 +71,3 @@ def compare_perceptions(
 
 def _of_same_moments(one: Pairs, other: Pairs) -> bool:
     return np.array_equal(one.takes, other.takes) and np.array_equal(one.steps, other.steps)
-
-
-def _answers(learner: Any, view: Perceived, held: Any) -> Array:
-    actions = view.pairs.actions
-    wanted = actions[:, 0] if is_classifier(learner) else actions
-    return answers(learner, view.pairs.states, wanted, held).reshape(-1, actions.shape[1])

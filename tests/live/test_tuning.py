@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from pathlib import Path
 
 import pytest
+from distributed import Client
 
 import evastudio
+from benchmarks.local_cluster import LocalCluster
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.learning.candidates import Candidate
@@ -48,6 +51,20 @@ def test_the_tuned_policy_flies_about_as_well_as_the_defaults(recorded: Workspac
         recorded, ["tuned", "usual"], worlds=40, seed=11, options={"half_width": 100.0}
     )["policies"]
     assert found["tuned"]["succeeded"] >= found["usual"]["succeeded"] - 2
+
+
+def test_the_workers_of_a_cluster_do_the_trials_and_report_the_same(
+    recorded: Workspace, tmp_path: Path
+) -> None:
+    asked = {"learner": "knn", "perception": "canonical"}
+    cluster = LocalCluster(tmp_path)
+    with contextlib.closing(cluster):
+        cluster.work(2)
+        report = evastudio.tune(recorded, 1, cluster=cluster.address, **asked)
+        with Client(cluster.address, set_as_default=False) as client:
+            done = client.run(lambda dask_worker: dask_worker.state.executed_count)
+    assert sum(done.values()) >= len(report["trials"])
+    assert report == evastudio.tune(recorded, 1, **asked)
 
 
 def test_a_cleaned_session_is_tuned_as_it_was_cleaned(tmp_path: Path) -> None:

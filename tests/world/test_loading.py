@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -106,11 +108,18 @@ def test_the_conformance_suite_finds_what_is_broken(
 
 
 def test_a_scene_travels_by_value(tmp_path: Path) -> None:
+    """To a process that never saw its file."""
     path = tmp_path / "scene.py"
     path.write_text((SHIPPED / "asteroids.py").read_text())
     scene = load_scene_file(path)(density=2.5)
     sent = pickle.dumps(scene)
     path.unlink()
-    arrived = pickle.loads(sent)
-    assert arrived.identity() == scene.identity()
-    assert np.array_equal(arrived.worlds([3])["rocks"], scene.worlds([3])["rocks"])
+    code = """
+import pickle, sys
+scene = pickle.load(sys.stdin.buffer)
+sys.stdout.buffer.write(pickle.dumps((scene.identity(), scene.worlds([3])["rocks"])))
+"""
+    done = subprocess.run([sys.executable, "-c", code], input=sent, stdout=-1, check=True)
+    identity, rocks = pickle.loads(done.stdout)
+    assert identity == scene.identity()
+    assert np.array_equal(rocks, scene.worlds([3])["rocks"])
