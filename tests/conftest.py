@@ -143,9 +143,10 @@ def launch(
     workspace: Workspace,
     python: str = sys.executable,
     arguments: Sequence[str] = (),
+    events: IO[str] | None = None,
     **environment: str,
 ) -> Studio:
-    """A studio on a free port, once it listens."""
+    """A studio on a free port, once it listens; what it writes of events goes to `events`."""
     process = subprocess.Popen(
         [
             *(python, "-m", "evastudio", "studio", "--port", "0", "--no-browser", "--json"),
@@ -154,6 +155,7 @@ def launch(
             *arguments,
         ],
         stdout=subprocess.PIPE,
+        stderr=events,
         text=True,
         cwd=workspace.root.parent,  # away from the checkout: `-m` would find its package first
         env={**os.environ, "PYTHONUNBUFFERED": "1", **environment},

@@ -56,6 +56,9 @@ class Proxied:
     plain_port: int
     trusted: ssl.SSLContext
     log: Path
+    """nginx's."""
+    events: Path
+    """The studio's own log."""
 
     @property
     def origin(self) -> str:
@@ -134,12 +137,12 @@ def proxied(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Proxied]:
     assert nginx is not None, "nginx is needed: make nginx"
     command = [nginx, "-c", str(folder / "nginx.conf"), "-p", str(folder), "-e", str(folder / "e")]
     public = f"https://{NAME}:{outer}"
-    studio = launch(
-        Workspace(folder / "work"),
-        arguments=("--port", str(inner), "--public-url", public, "--behind-proxy", "127.0.0.1"),
-    )
+    logging = ("--log-format", "json", "--log-level", "info")
+    behind = ("--port", str(inner), "--public-url", public, "--behind-proxy", "127.0.0.1")
+    with (folder / "events").open("w") as events:
+        studio = launch(Workspace(folder / "work"), arguments=(*behind, *logging), events=events)
     subprocess.run(command, check=True, timeout=WAIT_S)  # it listens once this returns
-    yield Proxied(studio, outer, plain, trusted, folder / "evastudio.log")
+    yield Proxied(studio, outer, plain, trusted, folder / "evastudio.log", folder / "events")
     subprocess.run([*command, "-s", "quit"], check=True, timeout=WAIT_S)
     assert studio.stop() == 0
 
@@ -168,7 +171,8 @@ def test_the_printed_address_leads_in_by_a_secure_cookie_and_leaves_no_token(
         assert client.post("/api/v1/sessions", json=body, headers=other).status_code == 403
         plain = {"Origin": f"http://{NAME}:{proxied.port}"}
         assert client.post("/api/v1/sessions", json=body, headers=plain).status_code == 403
-    assert proxied.studio.token not in proxied.log.read_text()
+    for log in (proxied.log, proxied.events):
+        assert proxied.studio.token not in log.read_text()
 
 
 def test_plain_http_is_sent_to_the_secure_address(proxied: Proxied) -> None:
@@ -263,3 +267,6 @@ def test_the_log_of_both_tells_the_same_id(proxied: Proxied) -> None:
     with proxied.author() as client:  # nginx writes its line after the answer: by now it has
         client.get("/api/v1/scenes")
     assert number in proxied.log.read_text()
+    told = [json.loads(line) for line in proxied.events.read_text().splitlines()]
+    (request,) = (event for event in told if event.get("request") == number)
+    assert request["route"] == "/api/v1/scenes"

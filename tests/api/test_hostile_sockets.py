@@ -8,18 +8,23 @@ import json
 import os
 import socket
 import struct
+import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import httpx
+import msgspec
 import pytest
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from evastudio.api import limits
+from evastudio.demonstrations.store import Store
+from evastudio.live.tokens import Role, Tokens
 from tests.api.served import BEARER, within
 from tests.studio.drawn import drained
+from tests.studio.test_heard import CAMERA, OTHERS
 
 if TYPE_CHECKING:
     from conftest import Studio
@@ -37,8 +42,8 @@ def stage(studio: Studio) -> Iterator[Mapping[str, str]]:
     studio.client.delete(f"{API}/stages/{opened['id']}")
 
 
-def joined(studio: Studio, path: str) -> connect:
-    headers = {"Authorization": f"Bearer {studio.token}"}
+def joined(studio: Studio, path: str, token: str | None = None) -> connect:
+    headers = {"Authorization": f"Bearer {token or studio.token}"}
     return connect(
         studio.base.replace("http", "ws") + path,
         additional_headers=headers,
@@ -205,6 +210,30 @@ def test_attack_a_flood_of_pings(studio: Studio, stage: Mapping[str, str]) -> No
             told: dict[str, Any] = {"type": ""}
             while told["type"] != "ack":
                 told = json.loads(await client.recv())
+
+    asyncio.run(run())
+
+
+def test_attack_what_a_viewer_tells_the_view(studio: Studio, stage: Mapping[str, str]) -> None:
+    """Of a viewer nothing is read, not even what would cut an author off; and both look on.
+
+    What an author's messages can do is in tests/studio/test_heard.py.
+    """
+    with Store(studio.workspace.store_url) as store:
+        viewer = Tokens(store).add("Looks on", Role.VIEWER, time.time())
+    told = [*map(msgspec.msgpack.encode, (*OTHERS, CAMERA)), b"\xc1"]
+
+    async def run() -> None:
+        async with (
+            asyncio.timeout(30),
+            joined(studio, stage["view"], viewer) as looking,
+            joined(studio, stage["view"]) as author,
+        ):
+            for message in told:
+                await looking.send(message)
+            await (await looking.ping())
+            assert await cut(author, told[-1]) == 1008
+            await (await looking.ping())
 
     asyncio.run(run())
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError, NotFoundError
+from evastudio.errors import BusyError, ConflictError, NotFoundError
 from evastudio.live import headless
 from evastudio.live.cleaning import clean
 from evastudio.live.jobs import ENDED, NICENESS, Job, Jobs, JobState
@@ -106,6 +106,17 @@ def test_every_thread_of_a_job_gives_way_to_the_stages(
         min(ours + NICENESS, 19)
     }
     watched.jobs.cancel(job.id)
+
+
+def test_only_so_many_jobs_wait(watched: Watched, workspace: Workspace) -> None:
+    arguments = {"workspace": workspace, "scene": "asteroids", "minutes": 500.0}
+    first = watched.jobs.submit("record", headless.record, **arguments)
+    watched.until(first.id, lambda job: job.state is JobState.RUNNING)
+    waiting = [watched.jobs.submit("record", headless.record, **arguments) for _ in range(20)]
+    with pytest.raises(BusyError, match="20 jobs wait already"):
+        watched.jobs.submit("record", headless.record, **arguments)
+    watched.jobs.cancel(waiting[7].id)
+    assert watched.jobs.submit("record", headless.record, **arguments).state is JobState.QUEUED
 
 
 def test_a_killed_worker_is_told_and_its_job_runs_again(
