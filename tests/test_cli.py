@@ -60,6 +60,16 @@ def test_from_recording_to_evaluation(tmp_path: Path) -> None:
     assert "scripted:careful" in plain.stdout
 
 
+def test_a_workspace_is_backed_up_and_restored_elsewhere(tmp_path: Path) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    as_json("record", "asteroids", "--minutes", "0.1", "--session", "Kept", "-w", here)
+    made = as_json("backup", tmp_path / "kept.zip", "-w", here)
+    assert (made["sessions"], made["pairs"]) == (1, 90)
+    assert as_json("restore", tmp_path / "kept.zip", "-w", there) == made
+    assert [one["name"] for one in as_json("sessions", "-w", there)] == ["Kept"]
+    refused(evastudio("backup", tmp_path / "kept.zip", "-w", here), "there already")
+
+
 def test_clips_are_listed_and_chosen(tmp_path: Path) -> None:
     place = ("--workspace", tmp_path)
     (tmp_path / "motion").mkdir()
@@ -109,6 +119,9 @@ def refused(done: subprocess.CompletedProcess[str], says: str) -> None:
         (("record", "asteroids", "--option", "self=1"), "no option 'self' of scene 'asteroids'"),
         (("fit", str(10**20)), "no session '1000"),
         (("sessions", "--store", "nonsense"), "session store"),
+        (("evaluate", "crowd-shy", "--scene", "asteroids"), "made for scene 'crowd'"),
+        (("evaluate", "straight", "--cluster", "here"), "No Dask scheduler answers at 'here'"),
+        (("restore", "nowhere.zip"), "no file"),
     ],
 )
 def test_a_mistake_is_one_sentence_and_exit_code_2(
