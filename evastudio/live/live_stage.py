@@ -17,9 +17,11 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, StudioError
 from evastudio.live.approach import approach
+from evastudio.live.coach import Coach
 from evastudio.live.correcting import Correcting
 from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
+from evastudio.live.holding import Holding
 from evastudio.live.inputs import Feel
 from evastudio.live.looking_back import LookingBack
 from evastudio.live.picture import Picture, Show
@@ -75,7 +77,7 @@ class LiveStage:
         self._fault: str | None = None
         self._undrawn = False
         self._watching: dict[Show, Show] = {}
-        self._held: dict[object, tuple[frozenset[str], Mapping[str, float]]] = {}
+        self._holding = Holding()
         self._asked = self._counted = 0
         self._series = Series()
         self.pulse = Pulse(f"stage-{name}", self._beat, self._failed)
@@ -131,6 +133,7 @@ class LiveStage:
             if before is not None:
                 self._series.halt()
                 self._stage.stop(time.time())
+                self._stage.coach = Coach(self._stage.scene.dt_s, self._thinking.submit)
             return before
 
         before = self.pulse.call(change)
@@ -288,19 +291,13 @@ class LiveStage:
 
         def change() -> None:
             stage = self._stage
-            self._held.pop(by, None)
-            if codes or pushed:
-                self._held[by] = frozenset(codes), pushed or {}
+            self._holding.hold(by, codes, pushed or {})
             if stage.keys.steers(codes, pushed):
                 stage.touch(time.monotonic(), time.time())
             if stage.phase is not Phase.RECORDING:
                 stage.keys.center()
-            held = frozenset[str]().union(*(keys for keys, _ in self._held.values()))
-            together: dict[str, float] = {}
-            for _, sticks in self._held.values():
-                for field, share in sticks.items():
-                    together[field] = together.get(field, 0.0) + share
-            stage.keys.hold(held, stage.clock.world_time(at), together)
+            holding = self._holding
+            stage.keys.hold(holding.codes, stage.clock.world_time(at), holding.pushed)
 
         self.pulse.post(change)
 
@@ -308,7 +305,7 @@ class LiveStage:
         """The last person went: release every key, and pause a demonstration; does not wait."""
 
         def change() -> None:
-            self._held.clear()
+            self._holding.let_go()
             self._series.halt()
             self._stage.keys.center()
             if self._stage.mode in (Mode.DEMONSTRATE, Mode.CORRECT):
