@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from conftest import Open, Running
 
 FIELD = {"density": 1.0}
+JOB_MS = 240_000
+"""A job gives way to everything else on the machine."""
 
 
 def test_what_plays_is_asked_why_and_taught_better(
@@ -109,9 +111,8 @@ def test_what_plays_is_asked_why_and_taught_better(
     # Failures are found without a screen, and gone to before they happen.
     page.locator("#option-density").fill("4")
     page.keyboard.press("g")
+    expect(page.locator("#failures > li").first).to_be_visible(timeout=JOB_MS)
     phase(page, "paused")
-    failing = page.locator("#failures > li")
-    expect(failing.first).to_be_visible()
     expect(page.locator("#fails-says")).to_contain_text("worlds")
     expect(page.locator("#placed")).to_contain_text("3 s from here")
     page.screenshot(path=pictures / "failures.png")
@@ -131,6 +132,7 @@ def test_what_plays_is_asked_why_and_taught_better(
 
     # A take begins where none has been.
     page.keyboard.press("o")
+    expect(page.locator("#phase[data-phase=countdown]")).to_be_attached(timeout=JOB_MS)
     phase(page, "recording")
     at_least(page, "pairs", 5)
     page.keyboard.press("Escape")
