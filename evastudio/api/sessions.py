@@ -133,7 +133,10 @@ def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
     scene = headless.make_scene(studio.workspace, record.scene)
     space = scene.chosen(scene.perception(body.perception))
     learner = AUTO if body.learner == AUTO else find_learner(body.learner, space)
-    name = checked_policy_name(body.name or policy_name_from(f"{record.name} {learner}"))
+    told = f"{record.name} {learner}"
+    if body.perception not in (None, scene.perception().name):
+        told += f" {body.perception}"
+    name = checked_policy_name(body.name or policy_name_from(told))
     job = studio.jobs.submit(
         "fit",
         headless.fit,

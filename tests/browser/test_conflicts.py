@@ -10,6 +10,7 @@ from playwright.sync_api import Page, expect
 
 from evastudio.demonstrations.records import Verdict
 from evastudio.demonstrations.store import Store
+from evastudio.learning.policy_files import load_policy
 from evastudio.live import headless
 from evastudio.live.picture import Picture
 from evastudio.live.weighing import weigh
@@ -117,6 +118,14 @@ def test_what_would_go_is_looked_at_judged_and_taken_back(
     page.locator("#learner label", has_text="Exact").click()
     page.locator("#fit").click()
     expect(page.locator("#fit-report")).to_contain_text("you said that something is missing")
+
+    # It is fitted by what another perception shows.
+    page.locator("#sees-box summary").click()
+    page.locator("#sees").select_option("paper")
+    page.locator("#fit").click()
+    expect(page.locator("#policy")).to_have_value("shown-knn-paper")
+    paper = load_policy(studio.workspace.policies / "shown-knn-paper.safetensors")
+    assert paper.perception == "paper"
 
     # What was made of other takes says so, in the list and where it plays.
     page.locator("#takes-box summary").click()

@@ -123,8 +123,14 @@ export const api = {
   withdraw: (session, take, step) => ask("DELETE", `/sessions/${session}/verdicts/${take}/${step}`),
   /** @param {number} session @returns {Promise<Session>} */
   unclean: (session) => ask("DELETE", `/sessions/${session}/clean`),
-  /** @param {number} session @param {string | null} learner the one that suits the scene, if null @returns {Promise<Job>} */
-  fit: (session, learner) => ask("POST", `/sessions/${session}/fit`, { learner }),
+  /**
+   * @param {number} session
+   * @param {string | null} learner the one that suits the scene, if null
+   * @param {string | null} perception its first, if null
+   * @returns {Promise<Job>}
+   */
+  fit: (session, learner, perception) =>
+    ask("POST", `/sessions/${session}/fit`, { learner, perception }),
   /**
    * @param {string} name
    * @param {{policy: string, when?: string}[]} entries the last without a condition

@@ -59,6 +59,7 @@ const store = new Store({
   policy: null,
   others: null,
   learner: "svr",
+  perception: null,
   options: {},
   jobs: [],
   status: null,
@@ -331,8 +332,8 @@ steps(store, {
   clean: () => onSession(async (id) => onJob(await api.clean(id, review.settings()))),
   fit: () =>
     onSession(async (id) => {
-      const { scene, learner } = store.state;
-      return onJob(await api.fit(id, scene?.symbols.length ? null : learner));
+      const { scene, learner, perception } = store.state;
+      return onJob(await api.fit(id, scene?.symbols.length ? null : learner, perception));
     }),
   play: () => {
     link.command("play", { policy: store.state.policy, options: store.state.options });

@@ -1,6 +1,6 @@
 /** Which policy plays, and how the next one is fitted. */
 
-import { byId, fill } from "./dom.js";
+import { byId, fill, say } from "./dom.js";
 
 /** @typedef {import("./types.js").Policy} Policy */
 
@@ -23,7 +23,17 @@ export function policies(store) {
       store.set({ learner: value });
     });
   }
+  const sees = byId("sees", HTMLSelectElement);
+  sees.addEventListener("change", () => store.set({ perception: sees.value }));
   store.watch((state, before) => {
+    if (state.scene?.name !== before.scene?.name && state.perception !== null) {
+      return store.set({ perception: null });
+    }
+    const perceptions = state.scene?.perceptions ?? [];
+    byId("sees-box", HTMLElement).hidden = perceptions.length < 2;
+    const seen = perceptions.find(({ name }) => name === state.perception) ?? perceptions[0];
+    fill(sees, perceptions.map(({ name }) => ({ value: name, text: name })), seen?.name ?? "");
+    say(byId("sees-says", HTMLElement), seen?.summary ?? "");
     byId("learner", HTMLFieldSetElement).hidden = !!state.scene?.symbols.length;
     if (state.policies === before.policies && state.policy === before.policy && choice.length) return;
     const known = state.policies.map((one) => ({ value: one.name, text: text(one) }));

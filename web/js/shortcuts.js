@@ -192,6 +192,7 @@ export const STUDIO = [
       { keys: ["KeyX"], does: "conflicts", words: "what cleaning takes out, and why", on: "#conflicts-summary", press: true },
       { keys: ["Shift+KeyA"], does: "threshold-auto", words: "how far is too far, by itself", on: "#threshold-auto", press: true },
       { keys: ["Shift+KeyF"], does: "fit-more", words: "all that fitting found", on: "#fit-more > summary", press: true },
+      { keys: ["Shift+KeyP"], does: "sees", words: "what the character sees", on: "#sees-box > summary", press: true },
       { keys: ["Shift+KeyU"], does: "unclean", words: "take the cleaning back", on: "#unclean", press: true },
       { keys: ["Shift+KeyX"], does: "switch", words: "switch between two", on: "#switch-box > summary", press: true },
       { keys: ["Shift+KeyC"], does: "compare", words: "compare policies", on: ".onward", press: true },

@@ -9,6 +9,7 @@
  * @typedef {{name: string, label: string}} Happening
  * @typedef {{name: string, title: string, version: number, dt_s: number, options: Option[],
  *   controls: Control[], signals: Signal[], events: Happening[],
+ *   perceptions: {name: string, summary: string}[],
  *   symbols: string[], outcomes: string[],
  *   successes: string[], many: boolean, people: boolean}} Scene
  * @typedef {{name: string, label: string, file: string | null, clip: string | null,
@@ -95,6 +96,7 @@
  * @property {string | null} policy the one that plays
  * @property {string | null} others the policy of everybody else; null: they stand still
  * @property {string} learner of those the page offers
+ * @property {string | null} perception to fit by; null: the scene's first
  * @property {Record<string, number>} options for the next world
  * @property {Job[]} jobs that wait or run
  * @property {Status | null} status
