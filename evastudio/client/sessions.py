@@ -110,6 +110,7 @@ class Conflicts:
     """Pairs that cleaning would leave out, what was said of single ones included."""
     limit: float
     """The middle of the limits."""
+    perception: str
     neighbors: int
     """Moments that each pair is compared with."""
     symbols: bool

@@ -56,6 +56,8 @@ class Weighing:
     """Pairs that cleaning would leave out, what was decided about single ones included."""
     limit: float
     """The middle of the limits: where a slider stands that no one has moved."""
+    perception: str
+    """What was compared is what this one shows."""
     neighbors: int
     """Moments that each pair is compared with."""
     symbols: bool
@@ -92,6 +94,7 @@ def weigh(
         conflicts=int(marked.sum()),
         goes=int(going.sum()),
         limit=float(np.median(limits)),
+        perception=found.about.perception,
         neighbors=found.about.n_neighbors,
         symbols=not found.about.span,
         stale={number: take.pairs for number, take in takes.items()} != found.about.seen,

@@ -107,7 +107,7 @@ def test_what_would_go_is_looked_at_judged_and_taken_back(
     expect(page.locator("#unclean")).to_have_attribute("aria-disabled", "true")
     assert store.marks(session.id) == {}
 
-    # Fitting can be ended, and tells what was said to be missing.
+    # Fitting can be ended.
     job = page.locator(".job[data-kind=fit]")
     page.locator("#learner label", has_text="Choose for me").click()
     page.locator("#fit").click()
@@ -115,17 +115,19 @@ def test_what_would_go_is_looked_at_judged_and_taken_back(
     job.get_by_text("Cancel").click()
     expect(job).to_be_hidden()
     assert list(studio.workspace.policies.glob("*.safetensors")) == []
+
+    # What another perception shows is compared anew, and fitted.
+    page.locator("#sees-box summary").click()
+    page.locator("#sees").select_option("paper")
+    expect(page.locator(".job[data-kind=preview]")).to_be_visible()
+    expect(page.locator(".job[data-kind=preview]")).to_be_hidden()
+    assert weigh(studio.workspace, store, session).perception == "paper"
     page.locator("#learner label", has_text="Exact").click()
     page.locator("#fit").click()
     expect(page.locator("#fit-report")).to_contain_text("you said that something is missing")
-
-    # It is fitted by what another perception shows.
-    page.locator("#sees-box summary").click()
-    page.locator("#sees").select_option("paper")
-    page.locator("#fit").click()
     expect(page.locator("#policy")).to_have_value("shown-knn-paper")
-    paper = load_policy(studio.workspace.policies / "shown-knn-paper.safetensors")
-    assert paper.perception == "paper"
+    made_of = load_policy(studio.workspace.policies / "shown-knn-paper.safetensors")
+    assert made_of.perception == "paper"
 
     # What was made of other takes says so, in the list and where it plays.
     page.locator("#takes-box summary").click()

@@ -98,9 +98,15 @@ export const api = {
   restore: (take) => ask("POST", `/takes/${take}/restore`),
   /** @param {number} session @param {object} settings @returns {Promise<Job>} */
   clean: (session, settings) => ask("POST", `/sessions/${session}/clean`, settings),
-  /** Look for conflicts. @param {number} session @param {number} neighbors @returns {Promise<Job>} */
-  look: (session, neighbors) =>
-    ask("POST", `/sessions/${session}/clean/preview`, { n_neighbors: neighbors, worst: 0 }),
+  /**
+   * Look for conflicts.
+   * @param {number} session
+   * @param {number} neighbors
+   * @param {string | null} perception the scene's first, if null
+   * @returns {Promise<Job>}
+   */
+  look: (session, neighbors, perception) =>
+    ask("POST", `/sessions/${session}/clean/preview`, { n_neighbors: neighbors, perception, worst: 0 }),
   /**
    * What would go at that threshold, by the latest look.
    * @param {number} session

@@ -56,6 +56,7 @@ export function conflicts(store, act) {
 
   const chosen = () => store.state.conflict;
   const session = () => store.state.session;
+  const sees = () => store.state.perception ?? store.state.scene?.perceptions[0]?.name;
 
   /** Read what would go now; where several are wanted at once, the last. */
   async function read() {
@@ -69,7 +70,7 @@ export function conflicts(store, act) {
     try {
       const told = await api.conflicts(id, threshold, SHOWN);
       if (id === session()) found = told;
-      if (told.stale) look();
+      if (told.stale || told.perception !== sees()) look();
       else compared.value = String(told.neighbors);
     } catch (error) {
       found = null;
@@ -88,7 +89,7 @@ export function conflicts(store, act) {
   /** Have every moment compared with its like, once for each state of the session. */
   function look() {
     const { session: id, status } = store.state;
-    const key = `${id}|${status?.takes_kept}|${status?.pairs_kept}|${compared.value}`;
+    const key = [id, status?.takes_kept, status?.pairs_kept, compared.value, sees()].join("|");
     if (id === null || looked === key || jobOf(store.state, "preview")) return;
     if (needs(store.state).clean !== null) return;
     looked = key;
@@ -200,7 +201,8 @@ export function conflicts(store, act) {
     if (state.session !== before.session) found = null;
     const ended = ["preview", "clean"].some((kind) => jobOf(before, kind) && !jobOf(state, kind));
     const counted = state.status?.pairs_kept !== before.status?.pairs_kept;
-    if (state.session !== before.session || ended || counted) attempt(read);
+    const seen = state.perception !== before.perception;
+    if (state.session !== before.session || ended || counted || seen) attempt(read);
     const now = state.conflict;
     const away = state.status?.mode !== "review" || state.status.take !== now?.take;
     if (now && away && state.status !== before.status && before.status?.take === now.take) {
@@ -235,6 +237,7 @@ export function conflicts(store, act) {
     /** How to clean, where that was chosen here. */
     settings: () => ({
       ...(threshold === "auto" ? {} : { threshold }),
+      ...(store.state.perception === null ? {} : { perception: store.state.perception }),
       ...(Number(compared.value) === NEIGHBORS ? {} : { n_neighbors: Number(compared.value) }),
     }),
   };

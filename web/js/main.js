@@ -247,7 +247,7 @@ const review = conflicts(store, {
     link.command("compare", { take, step });
     if (clicked) focusView();
   },
-  look: async (id, neighbors) => onJob(await api.look(id, neighbors)),
+  look: async (id, neighbors) => onJob(await api.look(id, neighbors, store.state.perception)),
 });
 const pointer = new Pointer(view);
 const hands = new Hands(

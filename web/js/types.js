@@ -33,7 +33,7 @@
  *   deviation: number, limit: number, conflict: boolean, verdict: Verdict | null,
  *   goes: boolean}} Conflict
  * @typedef {{pairs: number, conflicts: number, goes: number, limit: number, neighbors: number,
- *   symbols: boolean, stale: boolean, items: Conflict[]}} Conflicts
+ *   perception: string, symbols: boolean, stale: boolean, items: Conflict[]}} Conflicts
  * @typedef {"queued" | "running" | "done" | "failed" | "cancelled"} JobState
  * @typedef {{id: number, kind: string, session: number | null, state: JobState, progress: number,
  *   message: string, result: Record<string, any> | null, error: string | null}} Job

@@ -48,6 +48,7 @@ class ConflictsOut(Model):
     """Pairs that cleaning would leave out, what was said of single ones included."""
     limit: float
     """The middle of the limits."""
+    perception: str
     neighbors: int
     symbols: bool
     stale: bool
