@@ -28,7 +28,7 @@ FRAMES_PER_S = 60.0
 """Drawn at most of all columns together: a browser draws each of them by itself."""
 REST_S = 3600.0
 """Where nothing moves nothing is due."""
-APART_M = 0.1
+APART_M = 0.3
 """Leads further apart than this have parted."""
 COLORS = ((86, 180, 233), (230, 159, 0), (0, 190, 140), (214, 130, 180))
 """Of the ways in the columns, told apart by people who see few colours; the page has the same."""

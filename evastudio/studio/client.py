@@ -15,11 +15,13 @@ from evastudio.studio.scheme import Scheme
 STYLE = """
 <style>
 html, body { background: %s; }
-[data-dock-root] > :not(:has(canvas)), .mantine-Notifications-root { display: none !important; }
+[data-dock-root] > :not(:has(canvas)), :has([data-dock-root]) ~ .mantine-Paper-root,
+.mantine-Notifications-root { display: none !important; }
 .picking canvas { cursor: crosshair; }
 </style>
 """
-"""The page around the view has the controls, so viser's own are hidden."""
+"""The page around the view has the controls, so viser's own are hidden; those of narrow views lie
+beside what the others are in."""
 GROUND = {None: "#07090f", Scheme.DARK: "#080b14", Scheme.LIGHT: "#e9edf5"}
 """What is seen before anything is drawn."""
 

@@ -12,7 +12,7 @@ from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
 from evastudio.live import lineups as limits
 from evastudio.live.headless import make_scene, record
-from evastudio.live.lineup import Lineup, Ran
+from evastudio.live.lineup import APART_M, Lineup, Ran
 from evastudio.live.lineups import Entrant, Lineups, World, flown
 from evastudio.live.picture import Picture
 from evastudio.live.turned import as_seen, placed
@@ -68,7 +68,7 @@ def test_those_that_do_the_same_never_part_and_others_do_once(lineup: Lineup) ->
     assert lineup.parts_s == third.parts_s
     step = round(third.parts_s / lineup.scene.dt_s)
     apart = [np.linalg.norm(third.reel.place(s) - first.reel.place(s)) for s in (step - 1, step)]
-    assert apart[0] <= 0.1 < apart[1]
+    assert apart[0] <= APART_M < apart[1]
     assert third.outcome == "hit"
     assert lineup.length_s == first.length_s > third.length_s
 

@@ -208,3 +208,28 @@ def test_a_flood_of_messages_ends_the_connection(heard: bool) -> None:
             assert closed.value.rcvd.code == 1008
 
     asyncio.run(run())
+
+
+def test_a_turn_by_hand_is_told_and_the_echo_of_what_was_sent_is_not() -> None:
+    turns: list[tuple[list[float], list[float]]] = []
+
+    async def inside() -> None:
+        view = View(
+            Slide(),
+            asyncio.get_running_loop(),
+            on_turn=lambda before, now: turns.append(
+                (before.position.tolist(), now.position.tolist())
+            ),
+        )
+        view.show(at(0.0), fresh=True)
+        async with asyncio.timeout(30), served(view) as address, joined(address) as client:
+            await replay(client)
+            echo = {"position": [-8.0, 0.0, 0.0], "look_at": [0.0, 0.0, 0.0]}
+            turned = {"position": [-8.0, 5.0, 1.0], "look_at": [0.0, 0.0, 0.0]}
+            for told in ({}, echo, turned, turned):  # it begins where viser begins
+                await client.send(msgspec.msgpack.encode({**CAMERA, **told}))
+            while not turns:
+                await asyncio.sleep(0)
+
+    asyncio.run(inside())
+    assert turns == [([-8.0, 0.0, 0.0], [-8.0, 5.0, 1.0])]

@@ -12,7 +12,7 @@ WEB = Path(__file__).parents[2] / "web"
 MODULES = sorted((WEB / "js").glob("*.js"))
 SHEETS = sorted((WEB / "css").glob("*.css"))
 PAGES = sorted(WEB.glob("*.html"))
-OWN = {"/", "/compare"}
+OWN = {"/", "/compare", "/vote", "/api/v1/ballots/table-3"}
 """Addresses of pages, which links lead to."""
 
 

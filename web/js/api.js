@@ -193,6 +193,36 @@ export const api = {
   forgetStudy: (study) => ask("DELETE", `/studies/${study}`),
   /** @returns {Promise<{name: string, role: "author" | "viewer"}>} */
   me: () => ask("GET", "/me"),
+  /** @param {object} asked @returns {Promise<import("./types.js").Lineup>} */
+  openLineup: (asked) => ask("POST", "/lineups", asked),
+  /** @param {string} lineup @returns {Promise<import("./types.js").Standing>} */
+  lineupStanding: (lineup) => ask("GET", `/lineups/${q(lineup)}/standing`),
+  /** @param {string} lineup @param {object} command @returns {Promise<import("./types.js").Standing>} */
+  lineupCommand: (lineup, command) => ask("POST", `/lineups/${q(lineup)}/commands`, command),
+  /** @param {string} lineup @returns {Promise<void>} */
+  closeLineup: (lineup) => ask("DELETE", `/lineups/${q(lineup)}`),
+  /** The same from a page that is left. @param {string} lineup */
+  forgetLineup: (lineup) => {
+    fetch(`${ROOT}/lineups/${q(lineup)}`, { method: "DELETE", keepalive: true }).catch(() => {});
+  },
+  /** @param {string} [scene] @returns {Promise<import("./types.js").Ballot[]>} */
+  ballots: (scene) => every(`/ballots${scene === undefined ? "" : `?scene=${q(scene)}`}`),
+  /** @param {object} asked @returns {Promise<import("./types.js").Ballot>} */
+  openBallot: (asked) => ask("POST", "/ballots", asked),
+  /** @param {number} ballot @returns {Promise<void>} */
+  deleteBallot: (ballot) => ask("DELETE", `/ballots/${ballot}`),
+  /** @returns {Promise<import("./types.js").Preference[]>} */
+  preferences: () => ask("GET", "/ballots/preferences"),
+  /** @param {number} ballot @returns {Promise<import("./types.js").Lineup>} */
+  showPair: (ballot) => ask("POST", `/ballots/${ballot}/showings`),
+  /**
+   * @param {number} ballot
+   * @param {string} lineup
+   * @param {"left" | "right" | "neither"} livelier
+   * @returns {Promise<{left: string, right: string, livelier: string | null,
+   *   preference: import("./types.js").Preference}>}
+   */
+  vote: (ballot, lineup, livelier) => ask("POST", `/ballots/${ballot}/votes`, { lineup, livelier }),
   /** @param {string} stage @returns {Promise<import("./types.js").Strip>} */
   strip: (stage) => ask("GET", `/stages/${q(stage)}/strip`),
   /** @param {string} stage @returns {Promise<import("./types.js").Why | null>} */

@@ -2,6 +2,8 @@
 
 import { Refusal, api } from "./api.js";
 import { asking, question } from "./asking.js";
+import { ballots } from "./ballots.js";
+import { beside } from "./beside.js";
 import { byId } from "./dom.js";
 import { earlier } from "./earlier.js";
 import { findings } from "./findings.js";
@@ -10,7 +12,7 @@ import { me } from "./me.js";
 import { attempt, notify } from "./notices.js";
 import { options } from "./options.js";
 import { pictures } from "./pictures.js";
-import { pageKeys, sheet } from "./sheet.js";
+import { pageKeys, sheet, throughTime } from "./sheet.js";
 import { COMPARING } from "./shortcuts.js";
 import { LAST_SCENE, Store } from "./store.js";
 
@@ -31,6 +33,9 @@ const store = new Store({
   evaluations: [],
   evaluation: null,
   pictures: null,
+  lineup: null,
+  ballots: [],
+  preferences: [],
   session: null,
   jobs: [],
 });
@@ -99,7 +104,7 @@ async function chooseScene(name) {
   const scene = store.state.scenes.find((one) => one.name === name) ?? null;
   if (scene === null) return;
   localStorage.setItem(LAST_SCENE, name);
-  store.set({ scene, pilots: [], chosen: [], sessions: [], options: {}, evaluations: [] });
+  store.set({ scene, pilots: [], chosen: [], sessions: [], options: {}, evaluations: [], ballots: [] });
   const [all, known] = await Promise.all([api.pilots(name), api.sessions(name), listEarlier()]);
   if (store.state.scene === scene) store.set({ pilots: all, sessions: known });
 }
@@ -132,7 +137,12 @@ async function open() {
   }
 }
 
-pageKeys(COMPARING);
+const lineup = beside(store, (frame) => keys.attachFrame(frame));
+const keys = pageKeys(
+  COMPARING,
+  (name) => lineup.does[name]?.(),
+  () => throughTime(lineup.shown !== null),
+);
 sheet(COMPARING);
 me();
 asking(store, {
@@ -143,6 +153,7 @@ asking(store, {
   evaluate: () => attempt(async () => follow(await api.evaluate(question(store.state)))),
 });
 findings(store);
+ballots(store);
 pictures(store);
 earlier(store);
 options(shared);

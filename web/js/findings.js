@@ -12,8 +12,8 @@ const SHARES = ["success_rate", "turn", "unlike"];
 /** @param {import("./store.js").Store<import("./types.js").Comparing>} store */
 export function findings(store) {
   store.watch((state, before) => {
-    const { evaluation, evaluations, scenes } = state;
-    byId("empty", HTMLElement).hidden = evaluation !== null;
+    const { evaluation, evaluations, lineup, scenes } = state;
+    byId("empty", HTMLElement).hidden = evaluation !== null || lineup !== null;
     byId("found", HTMLElement).hidden = evaluation === null;
     if (evaluation === null) {
       const some = evaluations.length ? " Or open an earlier one." : "";

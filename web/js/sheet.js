@@ -55,17 +55,31 @@ function tips(groups) {
   all();
 }
 
+/** @typedef {import("./shortcuts.js").State} State */
+
+/** @type {State} */
+const STILL = { status: null, scene: null, conflict: null };
+const nothing = () => {};
+
 /**
- * Keys of a page on which nothing is steered: each presses its control.
- * @param {Group[]} groups
+ * How a page stands on which nothing is steered, with a timeline to go through or without.
+ * @param {boolean} there
+ * @returns {State}
  */
-export function pageKeys(groups) {
-  const still = { status: null, scene: null, conflict: null };
-  const nothing = () => {};
+export const throughTime = (there) =>
+  there ? /** @type {State} */ ({ ...STILL, status: { mode: "review" } }) : STILL;
+
+/**
+ * Keys of a page on which nothing is steered: each presses its control, or is given to `command`.
+ * @param {Group[]} groups
+ * @param {(name: string) => void} [command]
+ * @param {() => State} [state]
+ */
+export function pageKeys(groups, command = nothing, state = () => STILL) {
   return new Keys(
-    (event, onControl) => meaningOf(groups, still, event, onControl),
+    (event, onControl) => meaningOf(groups, state(), event, onControl),
     nothing,
-    nothing,
+    command,
     nothing,
   );
 }

@@ -53,6 +53,22 @@ const EVERYWHERE = [
   },
 ];
 
+/** @type {Shortcut[]} Through time, on every timeline. */
+const THROUGH = [
+  { keys: ["ArrowLeft"], does: "step-back", words: "a moment back", repeats: true, when: reviewing },
+  { keys: ["ArrowRight"], does: "step-on", words: "a moment on", repeats: true, when: reviewing },
+  { keys: ["Shift+ArrowLeft"], does: "second-back", words: "a second back", repeats: true, when: reviewing },
+  { keys: ["Shift+ArrowRight"], does: "second-on", words: "a second on", repeats: true, when: reviewing },
+  { keys: ["Home"], does: "to-begin", words: "to the beginning", when: reviewing },
+  { keys: ["End"], does: "to-end", words: "to the end", when: reviewing },
+  { keys: ["Space"], does: "roll", words: "go on, stand still", when: reviewing },
+  { keys: ["KeyJ"], does: "roll-back", words: "backwards", when: reviewing },
+  { keys: ["KeyK"], does: "stand", words: "stand still", when: reviewing },
+  { keys: ["KeyL"], does: "roll-on", words: "forwards", when: reviewing },
+  { keys: ["Comma"], does: "slower", words: "slower", when: reviewing },
+  { keys: ["Period"], does: "faster", words: "faster", when: reviewing },
+];
+
 /** @type {Group[]} The keys of the studio's page. */
 export const STUDIO = [
   {
@@ -156,18 +172,7 @@ export const STUDIO = [
   {
     title: "Looking back",
     shortcuts: [
-      { keys: ["ArrowLeft"], does: "step-back", words: "a moment back", repeats: true, when: reviewing },
-      { keys: ["ArrowRight"], does: "step-on", words: "a moment on", repeats: true, when: reviewing },
-      { keys: ["Shift+ArrowLeft"], does: "second-back", words: "a second back", repeats: true, when: reviewing },
-      { keys: ["Shift+ArrowRight"], does: "second-on", words: "a second on", repeats: true, when: reviewing },
-      { keys: ["Home"], does: "to-begin", words: "to the beginning", when: reviewing },
-      { keys: ["End"], does: "to-end", words: "to the end", when: reviewing },
-      { keys: ["Space"], does: "roll", words: "go on, stand still", when: reviewing },
-      { keys: ["KeyJ"], does: "roll-back", words: "backwards", when: reviewing },
-      { keys: ["KeyK"], does: "stand", words: "stand still", when: reviewing },
-      { keys: ["KeyL"], does: "roll-on", words: "forwards", when: reviewing },
-      { keys: ["Comma"], does: "slower", words: "slower", when: reviewing },
-      { keys: ["Period"], does: "faster", words: "faster", when: reviewing },
+      ...THROUGH,
       { keys: ["KeyF"], does: "fork", words: "go on from this moment", when: reviewing },
       { keys: ["Shift+KeyP"], does: "share", words: "hand it on as a file", on: "#share > summary", press: true },
       {
@@ -213,12 +218,29 @@ export const WATCHING = [
   ...EVERYWHERE,
 ];
 
+/** @type {Group} What runs side by side share. */
+const SIDE_BY_SIDE = {
+  title: "Side by side",
+  shortcuts: [
+    ...THROUGH,
+    { keys: ["KeyD"], does: "parting", words: "where they part", on: "#parting", press: true },
+    { keys: ["KeyN"], does: "next-world", words: "the next world", on: "#next-world", press: true },
+    { keys: ["KeyV"], does: "camera", words: "another camera", on: "#lineup-camera", press: true },
+    { keys: ["Shift+KeyV"], does: "straighten", words: "turn the cameras back", on: "#straighten", press: true },
+    { keys: ["Escape"], does: "close-lineup", words: "close them", on: "#close-lineup", press: true },
+  ],
+};
+
 /** @type {Group[]} The keys of the page that compares. */
 export const COMPARING = [
   {
     title: "Comparing",
     shortcuts: [
       { keys: ["KeyE"], does: "evaluate", words: "evaluate", on: "#evaluate", press: true },
+      { keys: ["KeyB"], does: "beside", words: "side by side", on: "#beside", press: true },
+      { keys: ["KeyT"], does: "takes-beside", words: "a take beside them", on: "#takes-beside > summary", press: true },
+      { keys: ["KeyQ"], does: "ask-people", words: "ask people which is livelier", on: "#ask-people", press: true },
+      { keys: ["KeyI"], does: "in-lineup", words: "side by side, those of the evaluation", on: "#watch-found", press: true },
       { keys: ["KeyA"], does: "again", words: "make it again", on: "#again", press: true },
       { keys: ["KeyM"], does: "more", words: "more to choose", on: "#asking > details > summary", press: true },
       { keys: ["KeyP"], does: "programs", words: "programs", on: "#pilots summary", press: true },
@@ -226,6 +248,22 @@ export const COMPARING = [
       { keys: ["Shift+KeyS"], does: "studio", words: "to the studio", on: ".onward", press: true },
     ],
   },
+  SIDE_BY_SIDE,
+  ...EVERYWHERE,
+];
+
+/** @type {Group[]} The keys of the page on which people choose. */
+export const VOTING = [
+  {
+    title: "Which is livelier?",
+    shortcuts: [
+      { keys: ["Digit1"], does: "left", words: "the left one", on: "#vote-left", press: true },
+      { keys: ["Digit2"], does: "right", words: "the right one", on: "#vote-right", press: true },
+      { keys: ["Digit0"], does: "neither", words: "no difference", on: "#vote-neither", press: true },
+      { keys: ["Enter"], does: "next-pair", words: "the next two", on: "#next-pair", press: true },
+    ],
+  },
+  SIDE_BY_SIDE,
   ...EVERYWHERE,
 ];
 

@@ -1,8 +1,9 @@
 /** The timeline: any moment of a run or a take is looked at, passed at any speed, and gone on from. */
 
-import { bar, byId, make, say } from "./dom.js";
+import { bar, byId, say } from "./dom.js";
 import { seeking } from "./seeking.js";
 import { drawStrip, familiarWords } from "./strip.js";
+import { transport } from "./transport.js";
 import { outcomeWords } from "./words.js";
 
 /** @typedef {import("./types.js").Status} Status */
@@ -10,17 +11,6 @@ import { outcomeWords } from "./words.js";
 
 /** Later than any run: its end. */
 const END_S = 86_400;
-const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
-
-/** How far keys move, in moments or in seconds. @type {Record<string, {moments?: number, seconds?: number}>} */
-const STRIDES = {
-  "step-back": { moments: -1 },
-  "step-on": { moments: 1 },
-  "second-back": { seconds: -1 },
-  "second-on": { seconds: 1 },
-  "to-begin": { seconds: -Infinity },
-  "to-end": { seconds: Infinity },
-};
 
 /** @param {Status | null} status */
 const looking = (status) => status?.mode === "review";
@@ -47,11 +37,9 @@ export function noFork(status) {
 export function timeline(store, act) {
   const box = byId("timeline", HTMLElement);
   const moment = byId("moment", HTMLInputElement);
-  const speeds = byId("speeds", HTMLElement);
   /** @type {Strip | null} */
   let strip = null;
   let asked = "";
-  let speed = 1;
 
   const now = () => store.state.status;
   const dt = () => store.state.scene?.dt_s ?? 1 / 15;
@@ -60,41 +48,27 @@ export function timeline(store, act) {
   const seek = seeking((seconds) => act.command(looking(now()) ? "seek" : "review", { seconds }));
   const place = () => seek.wanted ?? now()?.position_s ?? last();
 
-  /** @param {number} seconds */
-  function to(seconds) {
-    const whole = Math.round(Math.min(Math.max(seconds, first()), last()) / dt()) * dt();
-    if (now()?.speed) act.command("roll", { speed: 0 });
-    seek.to(Math.min(whole, last()));
-    tell();
-  }
-
-  /** @param {number} way 1 on, -1 back, 0 stands */
-  function roll(way) {
-    if (!looking(now())) act.command("review", { seconds: way < 0 ? last() : first() });
-    else if (way > 0 && place() >= last() - dt() / 2) act.command("seek", { seconds: first() });
-    else if (way < 0 && place() <= first() + dt() / 2) act.command("seek", { seconds: last() });
-    act.command("roll", { speed: way * speed });
-  }
-
-  /** @param {number} chosen */
-  function choose(chosen) {
-    speed = chosen;
-    for (const one of speeds.querySelectorAll("button")) {
-      one.setAttribute("aria-pressed", String(Number(one.value) === speed));
-    }
-    const rolling = now()?.speed ?? 0;
-    if (rolling) act.command("roll", { speed: Math.sign(rolling) * speed });
-  }
-
-  const rolls = () => Math.sign(now()?.speed ?? 0);
+  const { does: moves, to, tell: tellRolling } = transport(box, {
+    dt,
+    first,
+    last,
+    place,
+    speed: () => now()?.speed ?? 0,
+    seek: (seconds) => {
+      seek.to(seconds);
+      tell();
+    },
+    jump: (seconds) => act.command("seek", { seconds }),
+    roll: (speed) => act.command("roll", { speed }),
+    enter: (way) => {
+      if (looking(now())) return false;
+      act.command("review", { seconds: way < 0 ? last() : first() });
+      return true;
+    },
+  });
   /** @type {Record<string, () => void>} */
   const does = {
-    roll: () => roll(rolls() ? 0 : 1),
-    "roll-back": () => roll(rolls() < 0 ? 0 : -1),
-    "roll-on": () => roll(rolls() > 0 ? 0 : 1),
-    stand: () => roll(0),
-    slower: () => choose(SPEEDS[Math.max(SPEEDS.indexOf(speed) - 1, 0)]),
-    faster: () => choose(SPEEDS[Math.min(SPEEDS.indexOf(speed) + 1, SPEEDS.length - 1)]),
+    ...moves,
     "look-back": () => act.command("review", { seconds: END_S }),
     fork: () => {
       const missing = noFork(now());
@@ -108,23 +82,9 @@ export function timeline(store, act) {
     },
     leave: () => act.command("leave"),
   };
-  for (const [name, { moments = 0, seconds = 0 }] of Object.entries(STRIDES)) {
-    does[name] = () => to(place() + moments * dt() + seconds);
-  }
-  for (const button of box.querySelectorAll("button[data-does]")) {
+  for (const button of box.querySelectorAll(".looking-back button[data-does]")) {
     button.addEventListener("click", () => does[/** @type {HTMLElement} */ (button).dataset.does ?? ""]());
   }
-  speeds.append(
-    ...SPEEDS.map((one) => {
-      const words = { 0.25: "¼", 0.5: "½" }[one] ?? String(one);
-      const title = `${one} times as fast (comma is slower, point faster)`;
-      const pressed = String(one === speed);
-      const attributes = { type: "button", value: String(one), title, "aria-pressed": pressed };
-      const button = make("button", attributes, `${words}×`);
-      button.addEventListener("click", () => choose(one));
-      return button;
-    }),
-  );
   moment.addEventListener("input", () => to(moment.valueAsNumber * dt()));
 
   /** What happened at the moment that is shown. @param {number} at */
@@ -148,9 +108,7 @@ export function timeline(store, act) {
     const says = byId("moment-says", HTMLElement);
     say(says, [words, known].filter(Boolean).join(" · "));
     says.hidden = !says.textContent;
-    for (const [id, way] of [["roll-back", -1], ["roll-on", 1]]) {
-      byId(String(id), HTMLButtonElement).setAttribute("aria-pressed", String(rolls() === way));
-    }
+    tellRolling();
     const fork = byId("fork", HTMLButtonElement);
     bar(fork, noFork(status));
     byId("keep-from", HTMLElement).hidden = status.take === null;

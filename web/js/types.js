@@ -60,13 +60,24 @@
  * @typedef {{take: number, number: number, step: number, keys: string[], steps: number,
  *   seconds: number, familiarity: number}} Place
  * @typedef {{first_s: number, length_s: number, familiarity: (number | null)[],
- *   happenings: {seconds: number, kind: "sign" | "near" | "hand" | "outcome", says: string}[]}} Strip
+ *   happenings: {seconds: number, kind: string, says: string}[]}} Strip
  * @typedef {{id: string, scene: string, view: string, socket: string}} Stage
  * @typedef {{name: string, kind: "own" | "shipped" | "program"}} PilotEntry
  * @typedef {{id: number, scene: string, created_at: number, says: string[],
  *   labels: Record<string, string>, asked: {options: Record<string, number>, worlds: number},
  *   result: {seed: number, worlds: number, pilots: Record<string, Record<string, any>>}
  *   }} EvaluationFound
+ * @typedef {{view: string, title: string, length_s: number, outcome: string | null,
+ *   success: boolean | null, parts_s: number | null,
+ *   happenings: {seconds: number, kind: string, says: string}[]}} Column
+ * @typedef {{position_s: number, speed: number, camera: string, turned: boolean}} Standing
+ * @typedef {{id: string, scene: string, dt_s: number, length_s: number, parts_s: number | null,
+ *   cameras: string[], columns: Column[], options: Record<string, number>, world: number,
+ *   ballot: number | null, standing: Standing}} Lineup
+ * @typedef {{id: number, scene: string, title: string, created_at: number, votes: number,
+ *   mine: number}} Ballot
+ * @typedef {{ballot: number, scene: string, pilots: string[], votes: number[], neither: number,
+ *   people: number, share: number | null, interval: number[] | null, says: string}} Preference
  * @typedef {{name: string, title: string, svg: string, png: string}} Picture
  * @typedef {{items: Picture[], left_out: string | null, whole: boolean}} Pictures
  *
@@ -81,6 +92,9 @@
  * @property {EvaluationFound[]} evaluations earlier ones of the scene
  * @property {EvaluationFound | null} evaluation the one that is shown
  * @property {Pictures | null} pictures of it
+ * @property {Lineup | null} lineup what is side by side
+ * @property {Ballot[]} ballots of the scene
+ * @property {Preference[]} preferences what came of ballots, as far as one may know
  * @property {null} session none is recorded into
  * @property {Job[]} jobs that wait or run
  *
