@@ -38,8 +38,8 @@ CONTROLS = """async () => {
 }"""
 """Every control that says nothing of itself, or has no key and no reason for it."""
 CLASHES = """async () => {
-  const {STUDIO, WATCHING, COMPARING} = await import("/web/js/shortcuts.js");
-  return [STUDIO, WATCHING, COMPARING].flatMap(groups => {
+  const {STUDIO, WATCHING, COMPARING, VOTING} = await import("/web/js/shortcuts.js");
+  return [STUDIO, WATCHING, COMPARING, VOTING].flatMap(groups => {
     const always = groups.flatMap(({shortcuts}) => shortcuts).filter(({when}) => !when);
     const keys = always.flatMap(({keys}) => keys);
     return keys.filter((key, i) => keys.indexOf(key) !== i);

@@ -20,7 +20,9 @@ from evastudio.live.tokens import Role, Tokens
 from evastudio.live.turned import as_seen
 from evastudio.world.bodies import Camera
 from tests.browser.acting import FRAMES
+from tests.browser.axe import barriers
 from tests.browser.test_comparing import enter
+from tests.browser.test_looks import CONTROLS
 
 if TYPE_CHECKING:
     from conftest import Running
@@ -28,9 +30,9 @@ if TYPE_CHECKING:
 TWO = ("asteroids-careful", "straight")
 
 
-def shown(studio: Running, owner: str = "") -> Lineup:
-    """The lineup that somebody looks at."""
-    return studio.context.lineups.all(owner)[-1].lineup
+def lineups(studio: Running, owner: str = "") -> list[Lineup]:
+    """What somebody looks at side by side."""
+    return [one.lineup for one in studio.context.lineups.all(owner)]
 
 
 def until(page: Page, holds: Callable[[], bool]) -> None:
@@ -45,7 +47,7 @@ def until(page: Page, holds: Callable[[], bool]) -> None:
 def drawn(page: Page, studio: Running, owner: str = "") -> Lineup:
     """The lineup that somebody looks at, once the browser tells from where it sees each column."""
     expect(page.locator(".column iframe")).to_have_count(2)
-    lineup = shown(studio, owner)
+    (lineup,) = lineups(studio, owner)
     until(page, lambda: studio.views.clients == 2)
     until(page, lambda: all(studio.views[one.name].cameras for one in lineup.columns))
     return lineup
@@ -59,8 +61,8 @@ def seen_from(studio: Running, column: Column) -> Camera:
 
 def looked_from(page: Page, studio: Running, column: Column) -> None:
     """Wait until the browser sees a column as the scene has it, at the moment of its lineup."""
-    (opened,) = [one for one in studio.context.lineups.all("") if column in one.lineup.columns]
-    position = opened.lineup.standing().position_s / column.scene.dt_s
+    (lineup,) = lineups(studio)
+    position = lineup.standing().position_s / column.scene.dt_s
     wanted = column.scene.camera(column.reel.shown(position)).position
     until(page, lambda: bool(np.abs(seen_from(studio, column).position - wanted).max() < 1e-2))
 
@@ -115,6 +117,8 @@ def test_two_are_looked_at_side_by_side_on_one_timeline(
     for column in lineup.columns:
         looked_from(page, studio, column)
     page.screenshot(path=pictures / "side-by-side.png")
+    assert barriers(page) == []
+    assert page.evaluate(CONTROLS) == []
     page.keyboard.press("End")
     at(page, lineup, lineup.length_s)
     expect(page.locator(".column.over small")).to_have_count(1)
@@ -146,10 +150,10 @@ def test_two_are_looked_at_side_by_side_on_one_timeline(
 
     page.keyboard.press("n")
     expect(page.locator("#lineup-where")).to_contain_text("in world 2 of series 0")
-    until(page, lambda: shown(studio) is not lineup)
+    until(page, lambda: lineup not in lineups(studio) != [])
     page.keyboard.press("Escape")
     expect(page.locator("#lineup")).to_be_hidden()
-    until(page, lambda: studio.context.lineups.all("") == [])
+    until(page, lambda: lineups(studio) == [])
     assert said == []
 
 
@@ -163,7 +167,7 @@ def test_a_viewer_chooses_between_two_whose_names_come_after(
             studio.workspace, store, "asteroids", TWO, options={"density": 1.0}, seed=4, now=1.0
         )
     base = studio.url.partition("/?")[0]
-    context = browser.new_context(viewport={"width": 1100, "height": 800})
+    context = browser.new_context(viewport={"width": 1100, "height": 720})
     context.set_default_timeout(60_000)
     bodies: list[str] = []
 
@@ -197,7 +201,10 @@ def test_a_viewer_chooses_between_two_whose_names_come_after(
         assert (sum(found.votes), found.people) == (1, 1)
         assert found.votes[TWO.index(left)] == 1
         assert preferences.votes_of(store, asked.id, "Vera") == 1
+    assert barriers(page) == []
+    assert page.evaluate(CONTROLS) == []
     page.locator("#next-pair").click()
-    until(page, lambda: shown(studio, "Vera") is not lineup)
+    until(page, lambda: lineup not in lineups(studio, "Vera") != [])
     expect(page.locator("#ballots a")).to_contain_text("1 vote, 1 of them yours")
+    page.remove_listener("response", keep)
     context.close()

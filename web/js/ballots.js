@@ -44,7 +44,7 @@ export function ballots(store) {
       ...open.map(({ id, votes, mine }) => {
         const found = preferences.find(({ ballot }) => ballot === id);
         const counted = votes ? `${plural(votes, "vote")}, ${mine} of them yours` : "no votes yet";
-        const link = make("a", { href: `/vote#${id}` }, `Ballot ${id}`, make("small", {}, counted));
+        const link = make("a", { href: `/vote#${id}`, title: "Choose between the two" }, `Ballot ${id}`, make("small", {}, counted));
         return make("li", {}, link, ...(found ? [make("p", { class: "says" }, found.says)] : []));
       }),
     );

@@ -32,6 +32,6 @@ function entry({ id, created_at, asked, result }, scene) {
   return make(
     "li",
     {},
-    make("a", { href: `#${id}` }, Object.keys(result.pilots).join(", "), make("small", {}, says)),
+    make("a", { href: `#${id}`, title: "Open it again" }, Object.keys(result.pilots).join(", "), make("small", {}, says)),
   );
 }

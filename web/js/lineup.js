@@ -179,7 +179,9 @@ export function lineupBox(box, { attach, nextWorld, closed, at: tellAt }) {
     const view = make("iframe", { title, tabindex: "0", "data-view": column.view });
     view.src = viewed(column.view);
     attach(view);
-    const name = make("strong", {}, make("span", { class: "way", "data-way": String(way) }), column.title);
+    // No ways are drawn into those of a ballot.
+    const drawn = lineup?.ballot === null ? [make("span", { class: "way", "data-way": String(way) })] : [];
+    const name = make("strong", {}, ...drawn, column.title);
     const caption = make("figcaption", {}, name, make("small", {}, fate(column)));
     return make("figure", { class: "column", "data-length": String(column.length_s) }, caption, view);
   }

@@ -81,6 +81,7 @@ export function pageKeys(groups, command = nothing, state = () => STILL) {
     nothing,
     command,
     nothing,
+    nothing,
   );
 }
 

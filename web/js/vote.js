@@ -69,7 +69,7 @@ function list() {
   byId("ballots", HTMLElement).replaceChildren(
     ...open.map(({ id, title, votes, mine }) => {
       const counted = votes ? `${plural(votes, "vote")}, ${mine} of them yours` : "no votes yet";
-      const link = make("a", { href: `#${id}` }, `${title}, ballot ${id}`, make("small", {}, counted));
+      const link = make("a", { href: `#${id}`, title: "Choose between the two" }, `${title}, ballot ${id}`, make("small", {}, counted));
       link.setAttribute("aria-current", String(id === ballot));
       return make("li", {}, link);
     }),
