@@ -70,6 +70,14 @@ def test_a_workspace_is_backed_up_and_restored_elsewhere(tmp_path: Path) -> None
     refused(evastudio("backup", tmp_path / "kept.zip", "-w", here), "there already")
 
 
+def test_what_a_policy_does_is_made_into_a_page(tmp_path: Path) -> None:
+    place, out = ("--workspace", tmp_path), tmp_path / "shy.html"
+    told = as_json("film", out, "--policy", "crowd-shy", "--option", "length=5", *place)
+    assert (told["film"], told["bytes"]) == (str(out), out.stat().st_size)
+    refused(evastudio("film", out, *place), "--take or --policy")
+    assert as_json("studies", *place) == []
+
+
 def test_clips_are_listed_and_chosen(tmp_path: Path) -> None:
     place = ("--workspace", tmp_path)
     (tmp_path / "motion").mkdir()

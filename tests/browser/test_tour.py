@@ -12,6 +12,7 @@ from playwright.sync_api import Page, expect
 from evastudio.demonstrations.store import Store
 from evastudio.evaluation.studies import studies
 from tests.browser.acting import at_least, focus_view, phase
+from tests.browser.conftest import WAIT_MS
 
 if TYPE_CHECKING:
     from conftest import Open, Running
@@ -48,8 +49,11 @@ def told(studio: Running) -> list[tuple[str, str]]:
 
 
 def at_step(page: Page, title: str) -> None:
-    """Wait until the tour is at the step of that title, and points at what it is about."""
-    expect(page.locator("#tour-title")).to_have_text(title)
+    """Wait until the tour is at the step of that title, and points at what it is about.
+
+    Work that a step waits for is done by a process that begins anew, which may take long.
+    """
+    expect(page.locator("#tour-title")).to_have_text(title, timeout=3 * WAIT_MS)
     page.wait_for_function(BESIDE, arg=STEPS[title])
     assert (page.locator("#tour-live").text_content() or "").startswith(title)
 

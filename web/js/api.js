@@ -187,6 +187,8 @@ export const api = {
   replaceStudy: (study, told) => ask("PUT", `/studies/${study}`, told),
   /** What happens on a stage as one file. @param {string} stage @param {string} form @returns {Promise<Job>} */
   film: (stage, form) => ask("POST", `/stages/${q(stage)}/film`, { form }),
+  /** @returns {Promise<{name: string, bytes: number}[]>} */
+  films: () => every("/films"),
   /** @param {string} name */
   filmFile: (name) => `${ROOT}/films/${q(name)}`,
   /** @param {number} study */

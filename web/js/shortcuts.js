@@ -211,6 +211,7 @@ export const WATCHING = [
   {
     title: "Watching",
     shortcuts: [
+      { keys: ["Shift+KeyF"], does: "films", words: "films to take along", on: "#films-box > summary", press: true },
       { keys: ["KeyP"], does: "screenshot", words: "a picture of the view, as a file", on: "#screenshot", press: true },
       { keys: ["Shift+KeyC"], does: "compare", words: "see who does it best", on: ".onward", press: true },
     ],
@@ -276,6 +277,7 @@ export const WITHOUT = [
   ["form button[type=submit]", "Forms", "Enter in a field sends them, Esc closes them"],
   ["#speeds button", "Speeds", "the keys for slower and faster choose the next one"],
   [".notice button", "Notices", "close with their cross or by themselves"],
+  [".share-menu button", "Sharing", "Tab leads through what its menu offers"],
   ["#tour button", "The tour", "Tab leads through its card, Esc closes it"],
   [".job button", "Work under way", "is ended with the button beside it"],
   ["dialog button, #why button", "Dialogs", "Esc closes them"],

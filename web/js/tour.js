@@ -65,6 +65,7 @@ export function tour(store) {
     card.hidden = next === "closed";
     card.dataset.stands = next;
     ring.hidden = true;
+    card.classList.remove("pointing");
     byId("tour-count", HTMLElement).hidden = next !== "on";
     form.hidden = next !== "offered" || !isNew(store.state);
     skip.hidden = next !== "on";

@@ -2,7 +2,7 @@
 
 import { api } from "./api.js";
 import { decisions } from "./decisions.js";
-import { byId, fill } from "./dom.js";
+import { byId, fill, make } from "./dom.js";
 import { hud } from "./hud.js";
 import { Link } from "./link.js";
 import { attempt, notify } from "./notices.js";
@@ -65,6 +65,17 @@ link.addEventListener("message", (event) => {
 });
 byId("screenshot", HTMLButtonElement).addEventListener("click", () =>
   attempt(() => screenshot(view, store.state.scene?.name ?? "view")),
+);
+const box = byId("films-box", HTMLDetailsElement);
+box.addEventListener("toggle", () =>
+  attempt(async () => {
+    const found = box.open ? await api.films() : [];
+    const links = found.map(({ name }) =>
+      make("a", { href: api.filmFile(name), download: name, title: "Take it along" }, name),
+    );
+    const items = links.length ? links : ["None has been made yet: authors make them with Share."];
+    byId("films", HTMLUListElement).replaceChildren(...items.map((one) => make("li", {}, one)));
+  }),
 );
 choice.addEventListener("change", () => {
   wanted = choice.value;
