@@ -32,9 +32,9 @@ export class Keys {
    * @param {(held: string[], timeMs: number) => void} tell
    * @param {(name: string) => void} command
    * @param {(name: string) => void} signal
-   * @param {() => void} letGo nothing is held any more, whatever the keyboard says
+   * @param {() => void} [letGo] nothing is held any more, whatever the keyboard says
    */
-  constructor(meaning, tell, command, signal, letGo) {
+  constructor(meaning, tell, command, signal, letGo = () => {}) {
     this.letGo = letGo;
     this.meaning = meaning;
     this.tell = tell;
