@@ -225,5 +225,6 @@ def test_nothing_jumps_while_one_works(
     page.keyboard.press("Escape")
     phase(page, "ready")
     jumps = page.evaluate("window.jumps")
-    assert sum(value for value, _ in jumps) < 0.02, jumps
+    told = "; ".join(f"{value:.4f} {what}" for value, what in jumps)
+    assert sum(value for value, _ in jumps) < 0.02, told
     assert opened.stage.status()["takes_kept"] == 2

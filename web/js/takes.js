@@ -45,8 +45,8 @@ export function takes(store, act) {
   function show() {
     const state = store.state;
     const now = session(state);
-    byId("takes-box", HTMLElement).hidden = state.takes.length === 0;
-    const kept = `${count(now?.takes_kept ?? 0)} kept`;
+    byId("takes-none", HTMLElement).hidden = state.takes.length > 0;
+    const kept = now?.takes_kept ? `${count(now.takes_kept)} kept` : "none kept yet";
     const words = [
       now?.takes_trashed ? `${kept}, ${count(now.takes_trashed)} in the trash` : kept,
       remarks.size ? `${count(remarks.size)} to look at again` : "",
