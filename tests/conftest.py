@@ -13,6 +13,7 @@ from typing import IO
 
 import httpx
 import pytest
+from hypothesis import settings
 
 from evastudio.demonstrations.store import Store
 from evastudio.learning.compiled import ensure_compiled
@@ -22,6 +23,10 @@ from evastudio.world.scene import Scene
 from tests.postgres import Postgres
 
 START_S = 60.0
+
+# No test asserts how long anything takes.
+settings.register_profile("no deadline", deadline=None)
+settings.load_profile("no deadline")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -9,6 +9,7 @@ python -m benchmarks.soak --only animators
 from __future__ import annotations
 
 import asyncio
+import os
 import random
 import shutil
 import tempfile
@@ -166,7 +167,8 @@ def run(quick: bool, seed: int) -> bool:
             "",
             f"{replayed} takes were replayed from their actions, {differing} of them differ. "
             f"{steps:.0f} decisions, {late:.1%} of them over half a step late while both browsers "
-            "draw on the processor's same cores.",
+            "draw on the processor's same cores. Load of the machine in the last minute: "
+            f"{os.getloadavg()[0]:.1f}.",
             "",
             where_and_when(
                 at, "python -m benchmarks.soak --only animators", time.monotonic() - begun

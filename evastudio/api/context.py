@@ -12,6 +12,7 @@ from starlette.requests import HTTPConnection
 
 from evastudio.api.attendance import Attendance
 from evastudio.api.job_feed import JobFeed
+from evastudio.api.outbox import Outbox
 from evastudio.demonstrations.store import Store
 from evastudio.live.jobs import Job, Jobs, Work
 from evastudio.live.lineups import Lineups
@@ -34,7 +35,7 @@ class Context:
     """The job that makes footage into a file, which takes a screen to know."""
     stage_closed: list[Callable[[str], None]] = field(default_factory=list)
     job_listeners: set[Callable[[Job], None]] = field(default_factory=set)
-    outgoing: set[asyncio.Queue[Any]] = field(default_factory=set)
+    outgoing: set[Outbox] = field(default_factory=set)
     """What waits to be sent to each page."""
     attendances: dict[str, Attendance] = field(default_factory=dict)
     """By the stage's name."""
@@ -57,7 +58,7 @@ class Context:
     @property
     def messages_waiting(self) -> int:
         """How many messages wait to be sent to pages."""
-        return sum(queue.qsize() for queue in self.outgoing)
+        return sum(len(box) for box in self.outgoing)
 
     def background(self, work: Coroutine[Any, Any, None]) -> None:
         """Run `work` on the event loop, and keep it alive until it is done."""

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import logging
 import time
-from collections.abc import Mapping
 from typing import Any
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect, status
@@ -16,6 +15,7 @@ from evastudio.api.attendance import Attendance
 from evastudio.api.context import Context, Studio
 from evastudio.api.models.common import Page
 from evastudio.api.models.stages import CommandIn, KeysIn, StageIn, StageOut
+from evastudio.api.outbox import Outbox
 from evastudio.api.paging import NamedPage
 from evastudio.api.people import Visitor
 from evastudio.api.rights import REFUSAL
@@ -38,7 +38,7 @@ LONGEST = 16_384
 PER_S, AT_ONCE = 200.0, 600.0
 """Messages from one page, which tells of each change of the keys and little else."""
 WAITING = 64
-"""Messages that may wait for a slow page before the oldest are dropped."""
+"""Commands that may wait to be done."""
 
 
 @router.post("", status_code=status.HTTP_201_CREATED)
@@ -124,7 +124,7 @@ class Drive:
         """Who only watches does not keep a stage open."""
         self._studio = studio
         self._loop = asyncio.get_running_loop()
-        self._out: asyncio.Queue[Mapping[str, Any]] = asyncio.Queue()
+        self._out = Outbox()
         self._commands: asyncio.Queue[CommandIn] = asyncio.Queue()
         self._lag_s = float("inf")
         self._release: asyncio.TimerHandle | None = None
@@ -158,15 +158,10 @@ class Drive:
 
     def _told_status(self, told: dict[str, Any]) -> None:
         """On the stage's thread."""
-        self._loop.call_soon_threadsafe(self._put, {"type": "status", **told})
+        self._loop.call_soon_threadsafe(self._out.put, {"type": "status", **told})
 
     def _told_job(self, job: Job) -> None:
-        self._put({"type": "job", **job.to_json()})
-
-    def _put(self, message: Mapping[str, Any]) -> None:
-        while self._out.qsize() >= WAITING:
-            self._out.get_nowait()
-        self._out.put_nowait(message)
+        self._out.put({"type": "job", **job.to_json()})
 
     async def _send(self) -> None:
         while True:
@@ -206,7 +201,7 @@ class Drive:
             age_s = min(max(late - self._lag_s, 0.0), MAX_AGE_S)
             self._stage.hold(keys.held, age_s, by=self, pushed=keys.pushed)
             self._release_after(keys.for_ms)
-            self._put({"type": "ack", "seq": keys.seq})
+            self._out.put({"type": "ack", "seq": keys.seq})
         elif message.type == "command":
             if self._commands.qsize() >= WAITING:
                 raise InvalidInputError("Too many commands at once; wait for the stage to answer.")
@@ -240,7 +235,7 @@ class Drive:
                 self._notice("This did not work, for a reason that the server's log tells.")
 
     def _notice(self, text: str) -> None:
-        self._put({"type": "notice", "level": "error", "text": text})
+        self._out.put({"type": "notice", "level": "error", "text": text})
 
 
 async def _close_idle(stage: str, studio: Context) -> None:
