@@ -36,10 +36,8 @@ def missing_words(
     if not moments:
         return []
     some = "1 moment" if len(moments) == 1 else f"{len(moments)} moments"
-    start = (
-        f"Of {some} you said that something is missing: what decided you there may not be in what "
-        "the character sees."
-    )
+    said = f"Of {some} you said that something is missing"
+    start = f"{said}: what decided you there may not be in what the character sees."
     others = perceptions_alike(seen.scene, seen.perception.name)[1:]
     if not others:
         return [f"{start} Add it to the scene's perception."]
@@ -50,6 +48,12 @@ def missing_words(
     except InvalidInputError:  # too few pairs are left to compare
         return [start]
     now = found.pop(seen.perception.name)
+    has = int((now < APART * np.max(list(found.values()), axis=0)).sum())
+    if 2 * has >= len(moments):
+        which = "it" if len(moments) == 1 else f"{has} of them"
+        return [
+            f"{said}: the perception '{seen.perception.name}', fitted here, tells {which} apart."
+        ]
     told = {name: int((after < APART * now).sum()) for name, after in found.items()}
     best = max(told, key=lambda name: told[name])
     if 2 * told[best] < len(moments):
