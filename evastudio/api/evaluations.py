@@ -9,6 +9,7 @@ from evastudio.api.context import Studio
 from evastudio.api.downloads import BINARY, download, downloadable, etag_of
 from evastudio.api.models.common import Page
 from evastudio.api.models.evaluations import (
+    DisputedOut,
     EvaluateIn,
     EvaluationOut,
     PictureOut,
@@ -22,6 +23,8 @@ from evastudio.live.headless import make_scene
 from evastudio.live.picturing import TITLES, draw_pictures, kept_pictures, picture_file
 from evastudio.live.piloting import load_pilot
 
+MOST_TOLD = 100
+"""Of the worlds that ended differently."""
 FORMS = {"svg": "image/svg+xml", "png": "image/png"}
 
 router = APIRouter(prefix="/evaluations", tags=["evaluations"])
@@ -63,6 +66,13 @@ def get_arrays(evaluation: int, request: Request, studio: Studio) -> Response:
 def get_evaluation(evaluation: int, studio: Studio) -> EvaluationOut:
     """One evaluation."""
     return EvaluationOut.model_validate(archive.find_record(studio.store, evaluation))
+
+
+@router.get("/{evaluation}/disputed")
+def list_disputed(evaluation: int, studio: Studio) -> DisputedOut:
+    """The worlds that ended well for some of the pilots and not for others: those to look at."""
+    worlds = archive.find_evaluation(studio.store, evaluation)[1].disputed()
+    return DisputedOut(worlds=worlds[:MOST_TOLD], count=len(worlds))
 
 
 @router.post("/{evaluation}/again", status_code=status.HTTP_202_ACCEPTED)

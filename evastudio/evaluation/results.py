@@ -117,6 +117,11 @@ class Comparison:
                     found[name] = difference
         return found
 
+    def disputed(self) -> list[int]:
+        """The worlds that ended well for some and not for others, from 0."""
+        well = np.stack([one.succeeded for one in self.pilots.values()])
+        return [int(world) for world in np.flatnonzero(well.any(axis=0) & ~well.all(axis=0))]
+
     def to_arrays(self) -> dict[str, AnyArray]:
         """What `from_arrays` makes it of again, beside its JSON."""
         arrays: dict[str, AnyArray] = {}

@@ -48,6 +48,10 @@ def test_pictures_are_drawn_by_a_job_and_handed_out(studio: Studio) -> None:
             "application/problem+json",
         )
 
+    assert studio.client.get(f"{API}/evaluations/{number}/disputed").json() == {
+        "worlds": [],
+        "count": 0,
+    }
     repeated = ended(studio, studio.client.post(f"{API}/evaluations/{number}/again").json())
     assert repeated["same"]
 

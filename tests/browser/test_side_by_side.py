@@ -11,7 +11,7 @@ import numpy as np
 from playwright.sync_api import Browser, Page, Response, expect
 
 from evastudio.demonstrations.store import Store
-from evastudio.evaluation import preferences
+from evastudio.evaluation import archive, preferences
 from evastudio.evaluation.preferences import preference
 from evastudio.live.balloting import open_ballot
 from evastudio.live.evaluating import evaluate
@@ -148,9 +148,19 @@ def test_two_are_looked_at_side_by_side_on_one_timeline(
     page.keyboard.press("Shift+V")
     until(page, lambda: bool(np.abs(aside(studio, lineup)).max() < 0.05))
 
-    page.keyboard.press("n")
-    expect(page.locator("#lineup-where")).to_contain_text("in world 2 of series 0")
+    # A world in which one came through and the other did not.
+    with Store(studio.workspace.store_url) as store:
+        (evaluated,) = archive.evaluations(store)
+        disputed = archive.find_evaluation(store, evaluated.id)[1].disputed()
+    worlds = page.locator("#disputed button")
+    expect(worlds).to_have_text([str(world + 1) for world in disputed][:12])
+    worlds.last.click()
+    expect(page.locator("#lineup-where")).to_contain_text(
+        f"in world {disputed[:12][-1] + 1} of series 0"
+    )
     until(page, lambda: lineup not in lineups(studio) != [])
+    ends = [column.outcome == "crossed" for column in lineups(studio)[0].columns]
+    assert sorted(ends) == [False, True]
     page.keyboard.press("Escape")
     expect(page.locator("#lineup")).to_be_hidden()
     until(page, lambda: lineups(studio) == [])

@@ -195,6 +195,8 @@ export const api = {
   forgetStudy: (study) => ask("DELETE", `/studies/${study}`),
   /** @returns {Promise<{name: string, role: "author" | "viewer"}>} */
   me: () => ask("GET", "/me"),
+  /** @param {number} evaluation @returns {Promise<{worlds: number[], count: number}>} */
+  disputed: (evaluation) => ask("GET", `/evaluations/${evaluation}/disputed`),
   /** @param {object} asked @returns {Promise<import("./types.js").Lineup>} */
   openLineup: (asked) => ask("POST", "/lineups", asked),
   /** @param {string} lineup @returns {Promise<import("./types.js").Standing>} */

@@ -54,6 +54,7 @@ export function asking(store, act) {
   byId("asking", HTMLFormElement).noValidate = true;
   byId("asking", HTMLFormElement).addEventListener("submit", (event) => {
     event.preventDefault();
+    if (document.body.classList.contains("viewing")) return byId("beside", HTMLElement).click();
     const why = missing(store.state);
     if (why === null) act.evaluate();
     else notify(`${why}.`);

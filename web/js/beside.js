@@ -1,7 +1,7 @@
 /** What is looked at side by side: who was chosen, or who an evaluation is about, world by world. */
 
 import { api } from "./api.js";
-import { bar, byId, fill, say } from "./dom.js";
+import { bar, byId, fill, make, say } from "./dom.js";
 import { lineupBox } from "./lineup.js";
 import { attempt } from "./notices.js";
 import { plural } from "./words.js";
@@ -12,6 +12,8 @@ import { plural } from "./words.js";
  *   entrants: {pilot?: string, take?: number}[]}} Asked */
 
 const MOST = 4;
+/** Worlds of an evaluation that are offered. */
+const FIRST = 12;
 /** Takes of a session that are offered, the newest. */
 const NEWEST = 100;
 
@@ -115,14 +117,36 @@ export function beside(store, attach) {
       entrants: own === null ? entrants : [{ take: own }, ...entrants],
     });
   });
-  ofFound.addEventListener("click", () => {
+  /** Those of an evaluation, in one of its worlds. @param {number} world from 0 */
+  function ofEvaluation(world) {
     const { evaluation } = store.state;
     if (evaluation === null) return;
     const { result, scene, asked: of } = evaluation;
     const pilots = Object.keys(result.pilots).slice(0, MOST);
     const entrants = pilots.map((pilot) => ({ pilot }));
-    show({ scene, options: of.options, seed: result.seed, world: 0, entrants });
-  });
+    show({ scene, options: of.options, seed: result.seed, world, entrants });
+  }
+
+  /** The worlds that ended well for some only. @param {import("./types.js").EvaluationFound} evaluation */
+  async function disputed({ id, result }) {
+    const { worlds, count } = await api.disputed(id);
+    if (store.state.evaluation?.id !== id) return;
+    const many = Object.keys(result.pilots).length;
+    byId("disputed-box", HTMLElement).hidden = count === 0 || many > MOST;
+    const more = count > FIRST ? `, of which the first ${FIRST}` : "";
+    const says = `${plural(count, "world")} ended well for some and not for others${more}. See one side by side:`;
+    say(byId("disputed-says", HTMLElement), says);
+    byId("disputed", HTMLElement).replaceChildren(
+      ...worlds.slice(0, FIRST).map((world) => {
+        const title = `World ${world + 1} side by side`;
+        const button = make("button", { type: "button", title }, String(world + 1));
+        button.addEventListener("click", () => ofEvaluation(world));
+        return make("li", {}, button);
+      }),
+    );
+  }
+
+  ofFound.addEventListener("click", () => ofEvaluation(0));
   session.addEventListener("change", () =>
     attempt(async () => {
       takes.replaceChildren();
@@ -170,6 +194,10 @@ export function beside(store, attach) {
     }
     const { evaluation } = state;
     byId("lineup-beneath", HTMLElement).hidden = evaluation !== null;
+    if (evaluation !== before.evaluation) {
+      byId("disputed-box", HTMLElement).hidden = true;
+      if (evaluation) attempt(() => disputed(evaluation));
+    }
     if (evaluation !== before.evaluation && evaluation !== null && asked !== null) {
       const others = asked.entrants.some(({ pilot }) => pilot && !(pilot in evaluation.result.pilots));
       if (others && state.lineup !== null) leave();

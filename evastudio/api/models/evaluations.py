@@ -45,6 +45,13 @@ class EvaluationOut(Model):
     """What people call each figure, by its name."""
 
 
+class DisputedOut(BaseModel):
+    worlds: list[int]
+    """Those that ended well for some and not for others, from 0; the first of them."""
+    count: int
+    """How many there are."""
+
+
 class PictureOut(BaseModel):
     name: str
     title: str
