@@ -93,10 +93,12 @@ export function beside(store, attach) {
 
   /** The newest evaluation that tells of all who are shown, to stand beneath. @param {string[]} pilots */
   function figuresOf(pilots) {
-    const { evaluations, options, evaluation } = store.state;
+    const { evaluations, options, evaluation, scene } = store.state;
     const holds = (/** @type {import("./types.js").EvaluationFound} */ one) =>
       pilots.every((name) => name in one.result.pilots) &&
-      Object.entries(options).every(([name, value]) => one.asked.options[name] === value);
+      (scene?.options ?? []).every(
+        ({ name, default: usual }) => one.asked.options[name] === (options[name] ?? usual),
+      );
     if (evaluation && holds(evaluation)) return evaluation;
     return evaluations.find(holds);
   }
