@@ -78,7 +78,6 @@ def test_mouse_and_gamepad_steer_in_slow_motion(
     page.screenshot(path=pictures / "hands.png")
     page.mouse.up()
     dot(page, "== 50", "== 50")
-    by_mouse = int(page.locator("#pairs").inner_text())
 
     plug_in(page)
     expect(page.locator("#gamepad")).to_have_text("Gamepad: Stub Pad")
@@ -87,7 +86,6 @@ def test_mouse_and_gamepad_steer_in_slow_motion(
     pairs_more(page, 4)
     page.evaluate("window.pad.axes = [0.05, 0.05, 0, 0]")
     dot(page, "== 50", "== 50")
-    by_gamepad = int(page.locator("#pairs").inner_text())
 
     # The view itself is the stick, and the camera keeps still.
     page.keyboard.press("i")
@@ -112,13 +110,16 @@ def test_mouse_and_gamepad_steer_in_slow_motion(
         (take,) = store.takes(store.sessions()[0].id)
         data = store.load_take(take.id)
     shares = data.actions / stage.scene.action.high
-    first, second, third = np.split(shares, [by_mouse + 2, by_gamepad + 2])
-    assert first[:, 0].min() == -0.5
-    assert np.abs(first[:, 1]).max() == 0.0
-    assert second[:, 1].max() == 0.5
-    assert np.abs(second[:, 0]).max() == 0.0
-    assert third[:, 1].min() < -0.4
-    assert 0.0 < third[:, 0].max() < 0.1
+    right, up, down = (
+        np.flatnonzero(found)
+        for found in (shares[:, 0] == -0.5, shares[:, 1] == 0.5, shares[:, 1] < -0.4)
+    )
+    assert min(len(right), len(up), len(down)) >= 3
+    assert right[-1] < up[0]
+    assert up[-1] < down[0]
+    assert not shares[right, 1].any()
+    assert not shares[up, 0].any()
+    assert 0.0 < shares[down, 0].max() < 0.1
     assert np.diff(data.snapshots["position"][:, 0]).max() <= 10 / 15 + 1e-9
 
 
@@ -148,6 +149,7 @@ def test_takes_follow_one_another_until_enough_are_kept(
     page.keyboard.press("k")
     expect(page.locator("#takes-kept")).to_have_text("1")
     expect(page.locator("#of-wanted.reached")).to_have_text(" of 1")
+    expect(page.locator("#notice")).to_contain_text("1 take kept, as many as you wanted")
     phase(page, "ready")
     assert opened.stage.status()["next_s"] is None
 

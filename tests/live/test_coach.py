@@ -107,6 +107,12 @@ def test_it_thinks_now_and_then_and_says_one_thing(asteroids: Callable[..., Scen
     assert changes == [(None, Advice.SEEN)]
 
 
+@pytest.fixture
+def store_url(tmp_path: Path) -> str:
+    """One database is enough: nothing here is about stores."""
+    return f"sqlite:///{tmp_path / 'store.db'}"
+
+
 def test_a_stage_tells_what_the_coach_makes_of_it(stage: Stage, scene: Scene) -> None:
     stage.demonstrate(scene, 5, 0.0, 0.0)
     now = run(stage, 0.0, COUNTDOWN_S + 5.0, every=0.02)

@@ -1,6 +1,8 @@
 /** Takes one after another: how many are wanted, how many are kept, and when the next begins. */
 
 import { byId, say } from "./dom.js";
+import { notify } from "./notices.js";
+import { plural } from "./words.js";
 
 const AUTOMATIC = "evastudio.automatic";
 const REST = "evastudio.rest";
@@ -53,6 +55,12 @@ export function series(store, arrange) {
   store.watch(({ session, status }, before) => {
     if (session !== before.session || !wanted.value) wanted.valueAsNumber = number();
     if (session !== before.session && status !== null) tell();
+    const [kept, had] = [status, before.status].map((one) => one?.takes_kept ?? 0);
+    const many = status?.wanted ?? Infinity;
+    const same = status?.session?.id === before.status?.session?.id;
+    if (same && before.status && had < many && kept >= many) {
+      notify(`${plural(kept, "take")} kept, as many as you wanted. Clean them next.`);
+    }
     next.hidden = (status?.next_s ?? null) === null;
     say(left, String(Math.max(1, Math.ceil(status?.next_s ?? 0))));
   });
