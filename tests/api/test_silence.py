@@ -39,7 +39,7 @@ def test_keys_are_released_where_nothing_more_is_heard(studio: Studio) -> None:
             await socket.send(json.dumps({"type": "command", "name": "demonstrate"}))
             await until(socket, in_phase("recording"))
             await hold("KeyA", for_ms=GOOD_MS)
-            await recorded(30)  # silent by now
+            await recorded(75)  # silent for five seconds by now
             await hold("KeyW", for_ms=GOOD_MS)
             await hold("KeyW")  # by a program, which need not say so again
             await recorded(30)
