@@ -23,6 +23,7 @@ from evastudio.cli.showing import bar, show
 from evastudio.workspace import Workspace
 
 
+@app.command("compare", help="The same as evaluate, by another name.")
 @app.command()
 def evaluate(
     policies: Annotated[

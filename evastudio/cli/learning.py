@@ -13,6 +13,7 @@ from evastudio.cli.options import (
     ClusterOption,
     DelayOption,
     DensityOption,
+    JobsOption,
     JsonFlag,
     OptionsOption,
     PolicyFileOption,
@@ -218,6 +219,8 @@ def search(
     option: OptionsOption = None,
     out: PolicyFileOption = None,
     name: Annotated[str | None, typer.Option(help="Name in the workspace's policies.")] = None,
+    jobs: JobsOption = 1,
+    cluster: ClusterOption = None,
     workspace: WorkspaceOption = HERE,
     json_output: JsonFlag = False,
 ) -> None:
@@ -246,6 +249,8 @@ def search(
             options=options_of(density, option),
             out=out,
             name=name,
+            jobs=jobs,
+            cluster=cluster,
             progress=progress,
         )
     show(result, json_output)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar, cast
 import joblib
 
 from evastudio.errors import ClusterError
-from evastudio.evaluation.versions import versions
+from evastudio.evaluation.versions import code, versions
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -63,8 +63,8 @@ def on_cluster(address: str | None, patience_s: float = PATIENCE_S) -> Iterator[
                 f"The cluster at {address} has no worker. Start some with `dask worker {address}`."
             ) from None
         try:
-            found = client.run(versions)
-        except ImportError:
+            found = client.run(_installed)
+        except (ImportError, AttributeError):
             raise ClusterError(
                 f"A worker of the cluster at {address} does not have evastudio, or an old one. "
                 f"Install evastudio {versions()['evastudio']} there and start it again."
@@ -82,10 +82,24 @@ def once(thing: T) -> T:
     """Stands for `thing` in the arguments of joblib's tasks; `thing` itself without a cluster.
 
     On one it reaches each worker once, not with every task, and again if the worker dies: it is a
-    task of its own, which the scheduler can have done anew. Keep it until the work is done.
+    task of its own, which the scheduler can have done anew. Keep it until the work is done. Raises
+    ClusterError where a worker cannot read it.
     """
     client = _client.get()
-    return thing if client is None else cast("T", client.submit(_itself, thing, pure=False))
+    if client is None:
+        return thing
+    sent = client.submit(_itself, thing, pure=False)
+    # A task that is given what cannot be had would wait for ever.
+    if (error := sent.exception()) is not None:
+        raise ClusterError(
+            f"A worker cannot read the {type(thing).__name__} it was sent ({error}). Whatever it "
+            "is made of must be installed there too."
+        ) from None
+    return cast("T", sent)
+
+
+def _installed() -> dict[str, str]:
+    return {**versions(), "its code": code()}
 
 
 def _itself(thing: T) -> T:
@@ -93,7 +107,7 @@ def _itself(thing: T) -> T:
 
 
 def _agree(workers: Mapping[str, Mapping[str, str]], address: str) -> None:
-    ours = versions()
+    ours = _installed()
     for worker, theirs in workers.items():
         other = [
             f"{name} {theirs.get(name)} (here {mine})"

@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from evastudio.evaluation.cluster import on_cluster
 from evastudio.learning.catalog import checked_policy_name
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.learning.policy_files import SUFFIX, save_policy
@@ -26,12 +27,15 @@ def search(
     options: Mapping[str, float] | None = None,
     out: str | Path | None = None,
     name: str | None = None,
+    jobs: int = 1,
+    cluster: str | None = None,
     clock: Callable[[], float] = time.time,
     progress: Progress = silent,
 ) -> dict[str, Any]:
     """The best policy that `settings` find for `scene`, written to `out`, or as `name`.
 
-    The file keeps the settings and how the score rose; what is found follows from them.
+    The file keeps the settings and how the score rose; what is found follows from them. Networks
+    are tried in `jobs` processes, or on the Dask cluster at the address `cluster`.
     """
     wanted = settings or Pegasus()
     place = make_scene(workspace, scene, options)
@@ -47,7 +51,9 @@ def search(
         curve.append({"score": now.score, "decisions": now.decisions, "cpu_s": round(now.cpu_s, 1)})
         progress(len(curve) / wanted.rounds, f"Best score so far {now.score:.3f}")
 
-    policy = wanted.search(place, perception, watch=watch)
+    with on_cluster(cluster) as everywhere:
+        many = jobs if cluster is None else everywhere
+        policy = wanted.search(place, perception, watch=watch, n_jobs=many)
     usual = asdict(Pegasus())
     changed = {key: value for key, value in asdict(wanted).items() if value != usual[key]}
     policy = replace(

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+import joblib
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,6 +31,8 @@ LARGEST = 20.0
 """No weight goes beyond: a unit of tanh says nothing new there."""
 CHUNK = 384
 """Worlds flown in one batch, to bound memory. Results do not depend on it."""
+FEW = 4
+"""Networks that a process is given at once where several have a share of them."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,7 @@ class Round:
     decisions: int
     """Decisions flown so far."""
     cpu_s: float
+    """Of the process that searches, without those it has help from."""
     wall_s: float
     network: MLPPolicy
     """The best so far."""
@@ -100,10 +104,14 @@ class Pegasus:
         perception: str | Perception | None = None,
         *,
         watch: Callable[[Round], None] | None = None,
+        n_jobs: int = 1,
         clock: Callable[[], float] = time.perf_counter,
         cpu: Callable[[], float] = time.process_time,
     ) -> Policy:
         """The best policy found in `rounds`. `watch` hears each; what it raises ends the search.
+
+        A round's networks are tried in `n_jobs` processes, by joblib; what is found does not depend
+        on how many.
 
         Raises InvalidInputError for a scene of symbols or of many characters, ConflictError where
         CMA-ES is asked for and not installed.
@@ -121,7 +129,7 @@ class Pegasus:
         began, spent = clock(), cpu()
         for number in range(1, self.rounds + 1):
             tried = asking.ask()
-            scores, flown = course.scores(tried)
+            scores, flown = course.scores(tried, n_jobs)
             decisions += flown
             asking.tell(tried, scores)
             if scores.max() > top:
@@ -199,11 +207,13 @@ class _Course:
         made.n_features_in_, made.flat_ = self.view.state.size, False
         return made.prepare()
 
-    def scores(self, weights: Array) -> tuple[Array, int]:
+    def scores(self, weights: Array, n_jobs: int) -> tuple[Array, int]:
         """How good each of `weights` (networks, size) is, and how many decisions that took."""
         each = max(1, CHUNK // len(self.seeds))
+        if n_jobs != 1:
+            each = min(each, FEW)
         parts = [weights[start : start + each] for start in range(0, len(weights), each)]
-        done = [self._fly(part) for part in parts]
+        done = joblib.Parallel(n_jobs)(joblib.delayed(self._fly)(part) for part in parts)
         return np.concatenate([scores for scores, _ in done]), sum(steps for _, steps in done)
 
     def _fly(self, weights: Array) -> tuple[Array, int]:

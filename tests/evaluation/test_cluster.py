@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
+import shutil
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,6 +13,7 @@ from pathlib import Path
 import joblib
 import pytest
 
+import evastudio
 from benchmarks.local_cluster import LocalCluster
 from evastudio.errors import ClusterError
 from evastudio.evaluation.archive import differing
@@ -91,6 +94,33 @@ def test_a_cluster_that_cannot_do_the_work_says_why(dask: LocalCluster, tmp_path
     dask.work(1, PYTHONPATH=f"{tmp_path}:{os.environ.get('PYTHONPATH', '')}")
     with pytest.raises(ClusterError, match=r"scipy 0\.0\.1 \(here"), on_cluster(dask.address):
         pass
+
+
+def test_a_worker_with_other_code_of_the_same_version_is_refused(
+    dask: LocalCluster, tmp_path: Path
+) -> None:
+    other = tmp_path / "other" / "evastudio"
+    leave = shutil.ignore_patterns("__pycache__", "*.nbi", "*.nbc")
+    shutil.copytree(Path(evastudio.__file__).parent, other, ignore=leave)
+    with (other / "errors.py").open("a", encoding="utf-8") as file:
+        file.write("# Something has changed.\n")
+    dask.work(1, PYTHONPATH=str(other.parent), PYTHONSAFEPATH="1")
+    with pytest.raises(ClusterError, match=r"its code \w{12} \(here"), on_cluster(dask.address):
+        pass
+
+
+def test_what_a_worker_cannot_read_is_told_and_not_waited_for(
+    dask: LocalCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "only_here.py").write_text("class Thing:\n    pass\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    thing = importlib.import_module("only_here").Thing()
+    dask.work(1)
+    with (
+        pytest.raises(ClusterError, match="cannot read the Thing"),
+        on_cluster(dask.address),
+    ):
+        once(thing)
 
 
 def test_without_a_cluster_the_work_stays_here() -> None:

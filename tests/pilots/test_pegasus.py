@@ -94,7 +94,7 @@ def test_what_cannot_be_searched_is_refused(asteroids):
 
 def test_a_search_is_a_command_and_its_file_says_which(tmp_path):
     words = ["search", "asteroids", "--hidden", "2", "--scenarios", "2", "--horizon-s", "2.0"]
-    words += ["--population", "4", "--rounds", "2", "--out", "found.safetensors"]
+    words += ["--population", "6", "--rounds", "2", "--out", "found.safetensors"]
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
         subprocess.run(
@@ -104,7 +104,7 @@ def test_a_search_is_a_command_and_its_file_says_which(tmp_path):
             capture_output=True,
         )
         policy = load_policy(tmp_path / folder / "found.safetensors")
-        words = policy.made_by.split()[1:]
+        words = [*policy.made_by.split()[1:], "--jobs", "2"]
     assert words[:2] == ["search", "asteroids"]
     assert len(policy.extra["pegasus"]["curve"]) == 2
     assert policy.pairs == 0
