@@ -202,16 +202,17 @@ class LiveStage:
     ) -> None:
         """Let a policy (or a scripted pilot) act alone in a new world, or that of `seed`.
 
-        Where it is to go on `from_s` seconds into that world, it is brought there and held still.
+        Where it is to go on `from_s` seconds into that world, it is brought there as it was fitted,
+        held still, and goes on without what was left out on this stage.
         """
         self.begin_again()
         scene = make_scene(self._workspace, self._stage.scene.name, self._with(options))
         actor = self.actor(pilot, scene)
         reasoner = Reasoner(actor)
-        self.correcting.forget_again(reasoner)
         seed = self._seed_or(seed)
         steps = round(from_s / scene.dt_s)
         start = approach(scene, actor, seed, steps, reasoner) if steps else None
+        self.correcting.forget_again(reasoner)
 
         def begin() -> None:
             self._series.halt()

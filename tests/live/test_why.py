@@ -154,6 +154,24 @@ def test_what_was_left_out_stays_so_until_it_is_taken_back(
     assert fitted["pairs"] == fitted["pairs_before_cleaning"] - 1
 
 
+def test_one_comes_to_a_moment_as_the_policy_was_fitted_though_something_was_left_out(
+    stage: LiveStage,
+) -> None:
+    stage.play("exact", seed=7, from_s=2.0)
+    there = stage.snapshot["position"]
+    assert stage.status()["phase"] == "paused"
+    for _ in range(20):
+        why = stage.correcting.why()
+        assert why is not None
+        assert why.moments is not None
+        stage.correcting.forget(*why.moments[0].tolist())
+    gone = why.moments[0].tolist()
+    stage.play("exact", seed=7, from_s=2.0)
+    assert np.array_equal(stage.snapshot["position"], there)
+    with pytest.raises(NotFoundError, match="forgotten"):
+        stage.correcting.forget(*gone)
+
+
 def test_what_plays_gives_way_to_whoever_steers(stage: LiveStage, workspace: Workspace) -> None:
     stage.play("exact")
     played(stage, 1.0)
