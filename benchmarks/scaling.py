@@ -125,11 +125,12 @@ def report(costs: Costs, worlds: int, opening: str) -> str:
         "",
         opening,
         "",
-        "`evastudio evaluate ... --cluster tcp://HOST:PORT` (and `tune`, `paper`, `search`) runs joblib's tasks "
-        "on a Dask cluster: `dask scheduler` on one machine, `dask worker tcp://HOST:PORT "
+        "`evastudio evaluate ... --cluster tcp://HOST:PORT` (and `tune`, `paper`, `search`) runs "
+        "joblib's tasks on a Dask cluster: `dask scheduler` on one machine, `dask worker tcp://HOST:PORT "
         "--nthreads 1` as often as there are cores on each, with `NUMBA_NUM_THREADS=1 "
         "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1` so that none takes more than one, the same "
-        "versions of Python and packages everywhere. Scenes travel as the text of their file, "
+        "versions of Python and packages everywhere, and the same code of this one, which is "
+        "compared by a digest. Scenes travel as the text of their file, "
         "policies as arrays; no worker needs a file. Results do not depend on how many "
         "workers there are, nor on workers that die: their tasks are done again (tests kill "
         "one in the middle). The scheduler has no login of its own: keep it in a network that "
