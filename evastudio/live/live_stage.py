@@ -348,11 +348,13 @@ class LiveStage:
             return
 
         def count() -> None:
-            record = self._store.session(recorder.session)
-            self._totals = Totals(
-                {"id": record.id, "name": record.name}, record.takes_kept, record.pairs
-            )
-            self._counted = asked
+            try:
+                record = self._store.session(recorder.session)
+                self._totals = Totals(
+                    {"id": record.id, "name": record.name}, record.takes_kept, record.pairs
+                )
+            finally:  # who waits for the count waits no longer, whatever came of it
+                self._counted = max(self._counted, asked)
             with contextlib.suppress(ConflictError):  # closed meanwhile: nobody to tell
                 self.pulse.post(self._tell)
 

@@ -100,7 +100,7 @@ class CommandIn(Given):
     """How far held keys and sticks go, in shares of their own reach."""
     ramp: FiniteFloat = 1.0
     """How long held keys take to get there, in shares of their own ramp."""
-    wanted: int | None = None
+    wanted: Annotated[int, Field(ge=1, le=10_000)] | None = None
     """How many takes the session is to have."""
     automatic: bool = False
     """Whether the next take begins by itself, after a rest of `seconds`."""
