@@ -126,7 +126,8 @@ def report(costs: Costs, worlds: int, opening: str) -> str:
         opening,
         "",
         "`evastudio evaluate ... --cluster tcp://HOST:PORT` (and `tune`, `paper`, `search`) runs "
-        "joblib's tasks on a Dask cluster: `dask scheduler` on one machine, `dask worker tcp://HOST:PORT "
+        "joblib's tasks on a Dask cluster: `dask scheduler` on one machine, `dask worker "
+        "tcp://HOST:PORT "
         "--nthreads 1` as often as there are cores on each, with `NUMBA_NUM_THREADS=1 "
         "OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1` so that none takes more than one, the same "
         "versions of Python and packages everywhere, and the same code of this one, which is "
