@@ -31,7 +31,7 @@ from benchmarks.soak.animators import FLAGS, VIEWPORT, WAIT_MS, phase
 from benchmarks.soak.observed import Observed, observed
 from evastudio.studio.mounted import SUBPROTOCOL
 
-PRESSES = 400
+PRESSES = 200
 STEP_S = 1.0 / 15.0
 MOST_S = STEP_S + 0.020
 RESTED_S = 3.0 * STEP_S
