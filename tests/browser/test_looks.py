@@ -123,6 +123,11 @@ def test_nothing_keeps_anybody_out(
     found["compare"] = barriers(page)
     found["compare's controls"] = page.evaluate(CONTROLS)
 
+    page.goto(f"{base}/vote")
+    expect(page.locator("main")).to_be_visible()
+    found["vote"] = barriers(page)
+    found["vote's controls"] = page.evaluate(CONTROLS)
+
     with browser.new_context(color_scheme=scheme, reduced_motion="reduce") as other:
         watching = other.new_page()
         watching.goto(f"{base}/?token={viewer}")

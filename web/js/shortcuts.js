@@ -197,7 +197,7 @@ export const STUDIO = [
       { keys: ["KeyX"], does: "conflicts", words: "what cleaning takes out, and why", on: "#conflicts-summary", press: true },
       { keys: ["Shift+KeyA"], does: "threshold-auto", words: "how far is too far, by itself", on: "#threshold-auto", press: true },
       { keys: ["Shift+KeyF"], does: "fit-more", words: "all that fitting found", on: "#fit-more > summary", press: true },
-      { keys: ["Shift+KeyP"], does: "sees", words: "what the character sees", on: "#sees-box > summary", press: true },
+      { keys: ["Shift+KeyS"], does: "sees", words: "what the character sees", on: "#sees-box > summary", press: true },
       { keys: ["Shift+KeyU"], does: "unclean", words: "take the cleaning back", on: "#unclean", press: true },
       { keys: ["Shift+KeyX"], does: "switch", words: "switch between two", on: "#switch-box > summary", press: true },
       { keys: ["Shift+KeyC"], does: "compare", words: "compare policies", on: ".onward", press: true },
@@ -273,7 +273,7 @@ export const VOTING = [
 /** Controls that need no key of their own: [which, why, as the sheet says it]. */
 export const WITHOUT = [
   ["select, textarea, input", "Fields and lists", "take what is typed: Tab leads to them, arrows choose"],
-  ["ul button, ul a, ul summary, figcaption a", "Rows of a list", "Tab goes through them, Enter presses"],
+  ["ul button, ul a, ul summary, ol:not(.steps) button, figcaption a", "Rows of a list", "Tab goes through them, Enter presses"],
   ["form button[type=submit]", "Forms", "Enter in a field sends them, Esc closes them"],
   ["#speeds button", "Speeds", "the keys for slower and faster choose the next one"],
   [".notice button", "Notices", "close with their cross or by themselves"],
