@@ -270,7 +270,7 @@ class Row {
     this.others = make("span", { class: "others" });
     const ways = make("p", { class: "ways" }, make("span", { class: "own" }, "what you did"), this.others);
     this.more = make("div", { class: "verdicts", role: "group", "aria-label": "What to do with it" });
-    this.near = make("button", { type: "button", class: "quiet", "data-does": "around" });
+    this.near = make("button", { type: "button", class: "quiet", "data-does": "around", title: "Judge its neighbours in time alike" });
     this.near.addEventListener("click", () => this.one && judgeAround(this.one));
     this.more.append(ways, ...this.buttons, this.near);
     this.element = make("li", {}, this.look, this.more);
