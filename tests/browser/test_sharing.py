@@ -31,7 +31,7 @@ def picture(data: bytes) -> NDArray[np.uint8]:
 
 
 def test_what_is_seen_is_handed_out_and_plays_with_no_network(
-    page: Page, browser: Browser, open_page: Callable[[], Open], tmp_path: Path
+    page: Page, browser: Browser, open_page: Callable[[], Open], tmp_path: Path, pictures: Path
 ) -> None:
     opened = open_page()
     studio, stage = opened.studio, opened.stage
@@ -61,7 +61,9 @@ def test_what_is_seen_is_handed_out_and_plays_with_no_network(
     assert np.abs(seen - painted).mean() < 6.0
     assert np.abs(seen[:, ::-1] - painted).mean() > 6.0
 
+    assert page.evaluate("document.scrollingElement.scrollHeight <= innerHeight")
     page.locator("#share > summary").click()
+    page.screenshot(path=pictures / "sharing.png")
     with page.expect_download() as download:
         page.locator("#share button[data-form=html]").click()
     name = download.value.suggested_filename
@@ -88,7 +90,6 @@ def test_what_is_seen_is_handed_out_and_plays_with_no_network(
     alone.wait_for_function(f"before => ({SHOWN})() !== before && ({SHOWN})() > 20000", arg=first)
     then = alone.evaluate(SHOWN)
     alone.wait_for_function(f"before => ({SHOWN})() !== before", arg=then)
-    alone.screenshot(path=tmp_path / "page.png")
     context.close()
     assert [url for url in asked if not url.startswith(("file:", "blob:", "data:"))] == []
     assert thrown == []
