@@ -14,6 +14,7 @@ from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, NotFoundError
 from evastudio.learning.learner import Indices
 from evastudio.learning.neighbor_learner import NeighborLearner
+from evastudio.learning.policy import Policy
 from evastudio.live.perceiving import see_session
 from evastudio.live.pushing import Pushes, Shown
 from evastudio.live.stage import Stage
@@ -71,11 +72,10 @@ class Correcting:
             self._live.pulse.call(lambda: leave_out(pilot, pairs))
         else:  # fitted anew, which the stage does not wait for
             pilot.policy = copy.deepcopy(policy).without(pairs)
-        self._live.pulse.call(self._stage.rethink)
-        if policy.extra.get("store") == self._store.identity:
-            with contextlib.suppress(NotFoundError, ConflictError):  # thrown away
-                mark_by_hand(self._store, take, step, True, time.time())
-            self._forgotten[take, step] = None
+        try:
+            self._mark(policy, take, step)
+        finally:  # it is forgotten, even where the store cannot be told
+            self._live.pulse.call(self._stage.rethink)
         self._live.refresh()
 
     def forget_again(self, reasoner: Reasoner) -> None:
@@ -89,6 +89,13 @@ class Correcting:
                         leave_out(pilot, pairs)
                     else:
                         del self._forgotten[take, step]
+
+    def _mark(self, policy: Policy, take: int, step: int) -> None:
+        """Let nothing be fitted to a moment that `policy` was to forget, where it is of this store."""
+        if policy.extra.get("store") == self._store.identity:
+            self._forgotten[take, step] = None
+            with contextlib.suppress(NotFoundError, ConflictError):  # thrown away
+                mark_by_hand(self._store, take, step, True, time.time())
 
     def pushes(self, scene: Scene, rng: np.random.Generator) -> Pushes:
         """What forces a character off its way, to where the takes of the session were not yet."""

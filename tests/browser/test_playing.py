@@ -34,7 +34,7 @@ def test_what_plays_is_asked_why_and_taught_better(
     headless.fit(workspace, "Shown", learner="knn", delay="off", name="own")
     page.set_viewport_size({"width": 1180, "height": 720})
     stage = open_page(studio).stage
-    page.locator("#option-density").fill("1")
+    page.locator("#option-density").fill("0.1")
     page.locator("#policy").select_option("own")
     page.locator("#play").click()
     phase(page, "playing")
@@ -78,6 +78,7 @@ def test_what_plays_is_asked_why_and_taught_better(
     assert after is not None
     assert after.moments is not None
     assert [take, step] not in after.moments.tolist()
+    expect(page.locator("#unclean")).to_have_attribute("aria-disabled", "false")
     with Store(workspace.store_url) as store:
         session = store.session("Shown").id
         assert store.marks(session)[take][step]

@@ -149,6 +149,7 @@ function onStatus(status) {
   const counted =
     status.takes_kept !== before?.takes_kept ||
     status.pairs_kept !== before?.pairs_kept ||
+    status.forgotten !== before?.forgotten ||
     status.can_undo !== before?.can_undo;
   if (moved || (before && counted)) attempt(reload);
 }
