@@ -91,7 +91,7 @@ class Correcting:
                         del self._forgotten[take, step]
 
     def _mark(self, policy: Policy, take: int, step: int) -> None:
-        """Let nothing be fitted to a moment that `policy` was to forget, where it is of this store."""
+        """Let nothing be fitted to a moment that `policy` forgot, where it is of this store."""
         if policy.extra.get("store") == self._store.identity:
             self._forgotten[take, step] = None
             with contextlib.suppress(NotFoundError, ConflictError):  # thrown away
