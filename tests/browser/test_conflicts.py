@@ -64,6 +64,10 @@ def test_what_would_go_is_looked_at_judged_and_taken_back(
     ways = [line for line in shown[-1].lines if line.name.startswith("way")]
     assert len(ways) == told.neighbors + 1
     expect(rows.first.locator(".verdicts")).to_be_visible()
+    row, why = (rows.first.locator(one).bounding_box() for one in (".conflict", ".contradiction"))
+    assert row is not None
+    assert why is not None
+    assert row["y"] < why["y"] < row["y"] + row["height"]
     page.locator("#fit").scroll_into_view_if_needed()
     page.evaluate(FRAMES, 20)
     page.screenshot(path=pictures / "conflicts.png")

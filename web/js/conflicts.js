@@ -256,7 +256,7 @@ class Row {
     this.where = make("span", { class: "where" });
     this.off = make("span", { class: "off" });
     this.bar = make("progress", { max: "1", "aria-hidden": "true" });
-    this.says = make("span", { class: "why" });
+    this.says = make("span", { class: "contradiction" });
     this.said = make("span", { class: "said" });
     this.look = make("button", { type: "button", class: "conflict", title: "Look at this moment" });
     this.look.append(this.where, this.off, this.bar, this.says, this.said);
