@@ -33,6 +33,8 @@ MOST_OF_ONE = 3
 """Open of one person; of more the oldest is closed."""
 PATIENCE_S = 60.0
 """So long one waits for others whose lineups are being flown."""
+SIDES = ("Left", "Right")
+"""What the two of a ballot are called until somebody has voted."""
 IDLE_S = 60.0
 """A lineup that nobody looks at this long is closed."""
 
@@ -104,8 +106,8 @@ class Lineups:
             raise InvalidInputError(
                 f"{len(entrants)} were named; side by side are shown {FEWEST} to {MOST}."
             )
-        runs = self._fly(world, entrants)
-        return self._admit(Opened(Lineup(secrets.token_hex(6), runs), owner, world))
+        lineup = _lineup(self._fly(world, entrants), ways=True)
+        return self._admit(Opened(lineup, owner, world))
 
     def open_blind(
         self, owner: str, world: World, pilots: Sequence[str], ballot: int, order: Sequence[int]
@@ -113,7 +115,7 @@ class Lineups:
         """Two of them for a ballot, in `order`, with nothing that tells who is who."""
         runs = self._fly(world, [Entrant(pilots[which]) for which in order])
         unnamed = [replace(ran, title=side) for ran, side in zip(runs, SIDES, strict=True)]
-        lineup = Lineup(secrets.token_hex(6), unnamed, ways=False)
+        lineup = _lineup(unnamed, ways=False)
         return self._admit(Opened(lineup, owner, world, ballot, tuple(order)))
 
     def get(self, owner: str, name: str) -> Opened:
@@ -219,8 +221,10 @@ class Lineups:
         )
 
 
-SIDES = ("Left", "Right")
-"""What the two of a ballot are called until somebody has voted."""
+def _lineup(runs: Sequence[Ran], ways: bool) -> Lineup:
+    """A lineup of `runs`; where their scene fails while it is looked at, an InvalidInputError."""
+    with blaming(runs[0].reel.scene, runs[0].title):
+        return Lineup(secrets.token_hex(6), runs, ways=ways)
 
 
 @dataclass(frozen=True)
