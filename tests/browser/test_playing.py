@@ -116,6 +116,7 @@ def test_what_plays_is_asked_why_and_taught_better(
     phase(page, "paused")
     expect(page.locator("#fails-says")).to_contain_text("worlds")
     expect(page.locator("#placed")).to_contain_text("3 s from here")
+    page.evaluate(FRAMES, 20)
     page.screenshot(path=pictures / "failures.png")
     status = stage.status()
     page.keyboard.down("d")

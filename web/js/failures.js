@@ -56,10 +56,11 @@ export function failures(store, act) {
 
   /** @param {number} number */
   function go(number) {
-    const { policy, options } = store.state;
+    const { policy, options, scene } = store.state;
     const failure = found[number];
     next = number + 1;
-    const seconds = Math.max(failure.seconds - BEFORE_S, 0);
+    // Whoever is brought to the very beginning is not held still.
+    const seconds = Math.max(failure.seconds - BEFORE_S, scene?.dt_s ?? 0);
     act.play({ policy, options, seed: failure.seed, seconds });
     there = { seed: failure.seed, seconds };
     const left = (failure.seconds - seconds).toFixed(0);
