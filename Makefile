@@ -98,7 +98,8 @@ soak: $(VENV)/.dev chromium
 pictures: $(VENV)/.dev chromium
 	EVASTUDIO_PICTURES=docs/images $(BIN)/python -m pytest tests/browser/test_flight.py \
 	  tests/browser/test_crowd.py tests/browser/test_comparing.py tests/browser/test_takes.py \
-	  tests/browser/test_tour.py tests/browser/test_sharing.py tests/browser/test_conflicts.py
+	  tests/browser/test_tour.py tests/browser/test_sharing.py tests/browser/test_conflicts.py \
+	  tests/browser/test_looks.py
 
 # The newest versions that go together, into constraints.txt.
 lock:

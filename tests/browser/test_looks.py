@@ -108,14 +108,14 @@ def test_nothing_keeps_anybody_out(
     expect(page.locator("#sheet")).to_be_visible()
     found["sheet"] = barriers(page)
     page.set_viewport_size({"width": 1280, "height": 800})
-    page.screenshot(path=pictures / f"keys-{scheme}.png")
+    if scheme == "light":
+        page.screenshot(path=pictures / "keys.png")
     page.keyboard.press("Escape")
     page.locator("#takes .thumbnail").first.click()
     expect(page.locator("#timeline")).to_be_visible()
     found["timeline"] = barriers(page)
     found["timeline's controls"] = page.evaluate(CONTROLS)
     found["keys that clash"] = page.evaluate(CLASHES)
-    page.screenshot(path=pictures / f"studio-{scheme}.png")
 
     page.goto(f"{base}/compare")
     expect(page.locator("#pilots input").first).to_be_visible()
@@ -185,6 +185,8 @@ def test_it_fits_from_a_tablet_to_a_large_screen(
             assert box is not None
             assert box["y"] + box["height"] <= height, f"{step} is out of sight at {width}x{height}"
 
+    page.goto("about:blank")  # so large a view takes all that the machine has
+
     # A finger hits everything on an upright tablet, and the page only scrolls down.
     tablet = browser.new_context(
         viewport={"width": 820, "height": 1180}, has_touch=True, is_mobile=True
@@ -192,8 +194,7 @@ def test_it_fits_from_a_tablet_to_a_large_screen(
     with tablet:
         touched = tablet.new_page()
         touched.goto(opened.studio.url)
-        touched.wait_for_selector("#view[src]")
-        expect(touched.locator("#connection")).to_be_hidden()
+        expect(touched.locator("#camera")).to_contain_text("chase")
         small = touched.evaluate("""() =>
           [...document.querySelectorAll("#panel :is(button, summary, select), .tools button")]
             .filter(one => one.checkVisibility())
