@@ -144,7 +144,7 @@ def test_what_is_chosen_is_remembered_and_the_view_goes_along(
     html = page.locator("html")
     expect(html).to_have_attribute("data-scheme", "dark")
     assert brightness(page) < 0.45
-    page.locator("#phase").click()
+    page.locator("#tour-end").click()
     page.keyboard.press("Shift+L")
     expect(html).to_have_attribute("data-scheme", "light")
     frame = page.wait_for_selector("#view[src$='/light/']").content_frame()
