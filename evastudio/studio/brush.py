@@ -71,6 +71,16 @@ def _turn(wxyz, out):
     out[2] = 2 * (i * k - j * q), 2 * (j * k + i * q), 1 - 2 * (i * i + j * j)
 
 
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", inline="always")
+def _within(start, grows, first, last):
+    """Between which steps, `first` to `last` at most, what grows so much a step is not below 0."""
+    if grows > 0.0:
+        return max(first, -start / grows), last
+    if grows < 0.0:
+        return first, min(last, -start / grows)
+    return (first, last) if start >= 0.0 else (1.0, 0.0)
+
+
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def _fill(points, colors, opacity, air, canvas, depths):
     """One triangle; `points` (3, 3): across and down the canvas, and one over metres ahead."""
@@ -85,27 +95,39 @@ def _fill(points, colors, opacity, air, canvas, depths):
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     if area >= 0.0:  # seen from behind
         return
+    plain = True
+    for k in range(3):
+        plain = plain and colors[0, k] == colors[1, k] and colors[0, k] == colors[2, k]
+    right_u, right_v = (by - cy) / area, (cy - ay) / area  # what a step to the right adds
+    right_w = -right_u - right_v
+    deeper = right_u * da + right_v * db + right_w * dc
     for row in range(top, low + 1):
-        y = row + 0.5
-        for column in range(left, right + 1):
-            x = column + 0.5
-            u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
-            v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
-            w = 1.0 - u - v
-            if u < 0.0 or v < 0.0 or w < 0.0:
-                continue
-            depth = u * da + v * db + w * dc
-            if depth <= depths[row, column]:
-                continue
-            share = min(max((1.0 / depth - air[3]) / (air[4] - air[3]), 0.0), 1.0)
-            fog = share * share * (3.0 - 2.0 * share)
-            u, v, w = u * da / depth, v * db / depth, w * dc / depth  # as far apart as in the world
-            for k in range(3):
-                shown = u * colors[0, k] + v * colors[1, k] + w * colors[2, k]
-                shown += (air[k] - shown) * fog
-                canvas[row, column, k] += (shown - canvas[row, column, k]) * opacity
-            if opacity >= 1.0:
-                depths[row, column] = depth
+        x, y = left + 0.5, row + 0.5
+        u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
+        v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
+        first, last = _within(u, right_u, 0.0, float(right - left))
+        first, last = _within(v, right_v, first, last)
+        first, last = _within(1.0 - u - v, right_w, first, last)
+        begin, end = math.ceil(first), math.floor(last)
+        u, v = u + begin * right_u, v + begin * right_v
+        depth = u * da + v * db + (1.0 - u - v) * dc
+        for column in range(left + begin, left + end + 1):
+            if depth > depths[row, column]:
+                away = 1.0 / depth
+                fog = 0.0
+                if away > air[3]:
+                    share = min((away - air[3]) / (air[4] - air[3]), 1.0)
+                    fog = share * share * (3.0 - 2.0 * share)
+                for k in range(3):
+                    shown = colors[0, k]
+                    if not plain:  # as far apart as in the world
+                        shown = u * da * shown + v * db * colors[1, k]
+                        shown = (shown + (1.0 - u - v) * dc * colors[2, k]) * away
+                    shown += (air[k] - shown) * fog
+                    canvas[row, column, k] += (shown - canvas[row, column, k]) * opacity
+                if opacity >= 1.0:
+                    depths[row, column] = depth
+            u, v, depth = u + right_u, v + right_v, depth + deeper
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
