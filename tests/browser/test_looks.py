@@ -124,7 +124,7 @@ def test_nothing_keeps_anybody_out(
     found["compare's controls"] = page.evaluate(CONTROLS)
 
     page.goto(f"{base}/vote")
-    expect(page.locator("main")).to_be_visible()
+    expect(page.locator("#sheet-open[aria-keyshortcuts]")).to_be_visible()
     found["vote"] = barriers(page)
     found["vote's controls"] = page.evaluate(CONTROLS)
 
@@ -132,6 +132,7 @@ def test_nothing_keeps_anybody_out(
         watching = other.new_page()
         watching.goto(f"{base}/?token={viewer}")
         expect(watching.locator("#panel")).to_contain_text("You came in to watch")
+        expect(watching.locator("#sheet-open[aria-keyshortcuts]")).to_be_visible()
         found["watch"] = barriers(watching)
         found["watch's controls"] = watching.evaluate(CONTROLS)
     assert {name: one for name, one in found.items() if one} == {}
