@@ -9,16 +9,16 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import RECORDED, Origin
 from evastudio.errors import ConflictError, InvalidInputError, not_found
 from evastudio.live.actors import Actors, begun
+from evastudio.live.canvas import Canvas
 from evastudio.live.clock import Clock
 from evastudio.live.coach import Coach, at_once
 from evastudio.live.inputs import Feel, HeldKeys
-from evastudio.live.picture import Picture, Show
+from evastudio.live.picture import Show
 from evastudio.live.pushing import Pushes
 from evastudio.live.reel import Reel
 from evastudio.live.review import Left, Review
 from evastudio.live.run import Run
-from evastudio.live.sight import Pointer, Sight
-from evastudio.live.sketch import Led, Trail
+from evastudio.live.sight import Pointer
 from evastudio.live.status import Mode, Phase, Status
 from evastudio.pilots.why import Reasoner, Why
 from evastudio.world.bodies import Line
@@ -54,7 +54,6 @@ class Stage:
         """`think` does what would hold the stage up, see `Coach`."""
         self.scene = scene
         self.recorder: Recorder | None = None
-        self.on_frame: list[Show] = []
         self.phase = Phase.READY
         self.mode: Mode | None = None
         self.clock = Clock(scene.dt_s, now)
@@ -62,15 +61,10 @@ class Stage:
         self._feel = Feel()
         self.run = Run.new(scene, seed)
         self._actors = Actors(scene)
-        self._sight = Sight()
-        self._trail = Trail()
-        self._led = Led()
+        self._canvas = Canvas(now)
         self._chose: str | None = None
-        self._fresh = True
         self._review: Review | None = None
         self._left: Left | None = None
-        self._sketch: tuple[int, tuple[Line, ...]] | None = None
-        self._next_frame = now
         self._countdown_ends = now
         self._before_pause = Phase.READY
         self._paused_at = now
@@ -78,6 +72,11 @@ class Stage:
         """Whether the character is forced off its way just now."""
         self.rethought = 0
         """How often what plays was changed."""
+
+    @property
+    def on_frame(self) -> list[Show]:
+        """Who is shown what is drawn."""
+        return self._canvas.on_frame
 
     @property
     def keys(self) -> HeldKeys:
@@ -242,12 +241,11 @@ class Stage:
         self._actors = left.actors
         self.keys.suit(self._feel)
         self.mode, self.phase, self._before_pause = left.mode, left.phase, left.before_pause
-        self._next_frame = 0.0
+        self._canvas.soon()
 
     def sketch(self, lines: tuple[Line, ...]) -> None:
         """Draw `lines` over the moment that one looks at, for as long as one looks at it."""
-        self._sketch = self.run.steps, lines
-        self._next_frame = 0.0
+        self._canvas.sketch(self.run.steps, lines)
 
     @property
     def present(self) -> Run:
@@ -276,7 +274,7 @@ class Stage:
         if run.reel.why(step) is not None:
             run.reel.note(actors.why(run.reel.moment(step)), step)
         self.rethought += 1
-        self._next_frame = 0.0
+        self._canvas.soon()
 
     @property
     def plays(self) -> bool:
@@ -291,7 +289,7 @@ class Stage:
 
     def _look(self) -> None:
         self.run.look(self._looking_back().step)
-        self._next_frame = 0.0
+        self._canvas.soon()
 
     # -- whom and from where -------------------------------------------------------------------
 
@@ -310,7 +308,7 @@ class Stage:
             raise ConflictError("Nothing moves at the moment. Demonstrate or play first.")
         found, place = known[name], None
         if found.place is not None:
-            place = self._sight.pointed_at(pointer, self.scene, self.run.after)
+            place = self._canvas.sight.pointed_at(pointer, self.scene, self.run.after)
         self._actors.give(found, place)
 
     def look_through(self, camera: str | None = None) -> None:
@@ -318,8 +316,8 @@ class Stage:
 
         Raises NotFoundError.
         """
-        self._sight.choose(camera, self.scene, self.run.after)
-        self._next_frame = 0.0
+        self._canvas.sight.choose(camera, self.scene, self.run.after)
+        self._canvas.soon()
 
     def lead_another(self) -> None:
         """Guide, and follow with the camera, the next of many characters.
@@ -331,7 +329,7 @@ class Stage:
         if self._recording:
             raise ConflictError("A take is about one character. Stop it, then choose another.")
         self.run.led_by(((self.run.lead or 0) + 1) % self.scene.characters[0])
-        self._next_frame = 0.0
+        self._canvas.soon()
 
     def discard(self, wall: float) -> bool:
         """Throw away the running take, or the last one; whether there was one.
@@ -381,13 +379,10 @@ class Stage:
                 self._step(wall)
                 if not self._running:
                     break
-        if self.on_frame and now >= self._next_frame:
+        if now >= self._canvas.due:
             self._draw(now)
-            self._next_frame += 1.0 / self.scene.render_hz
-            if self._next_frame <= now:
-                self._next_frame = now + 1.0 / self.scene.render_hz
         return min(
-            self._next_frame if self.on_frame else math.inf,
+            self._canvas.due,
             self.clock.due if self._running else math.inf,
             self._countdown_ends if self.phase is Phase.COUNTDOWN else math.inf,
         )
@@ -425,7 +420,7 @@ class Stage:
             decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
             lead=run.lead,
             camera=self.camera,
-            cameras=self._sight.names(self.scene, run.after),
+            cameras=self._canvas.sight.names(self.scene, run.after),
             seed=run.seed,
             forked=run.origin is not None,
             options=dict(self.scene.values),
@@ -458,7 +453,7 @@ class Stage:
     @property
     def camera(self) -> str:
         """Name of the scene's camera that it is seen from."""
-        return self._sight.name(self.scene, self.run.after)
+        return self._canvas.sight.name(self.scene, self.run.after)
 
     @property
     def decision(self) -> str | None:
@@ -488,11 +483,9 @@ class Stage:
     def _enter(self, run: Run) -> None:
         self.run, self.scene, self._review, self._left = run, run.scene, None, None
         self._actors = Actors(run.scene, self._feel)
-        self._sight.forget()
-        self._fresh = True
+        self._canvas.clear()
         self._chose = None
         self.pushed = False
-        self._sketch = None
 
     def _rest(self) -> None:
         self.phase, self.mode = Phase.READY, None
@@ -550,22 +543,11 @@ class Stage:
             snapshot = self.scene.interpolate(run.before, run.after, self.clock.share(now))
         elif self._review is not None:
             snapshot = self._review.picture
-        camera = self._sight.draw(self.scene, snapshot)
-        picture = Picture(snapshot, self._fresh, camera, self._lines())
-        for show in self.on_frame:
-            show(picture)
-        self._fresh = False
-
-    def _lines(self) -> tuple[Line, ...]:
-        """The way it came, while it plays and looking back at it; and where it holds still, the
-        ways that the decision there came from, or what is drawn over it."""
-        if self.phase is not Phase.REVIEWING and self.mode not in (Mode.PLAY, Mode.CORRECT):
-            return ()
-        trail = self._trail.drawn(self.run)
-        if self._sketch is not None and self._sketch[0] == self.run.steps:
-            return (trail, *self._sketch[1])
-        still = self.phase is Phase.PAUSED and self.mode is Mode.PLAY
-        return (trail, *self._led.drawn(self.run)) if still or self._review else (trail,)
+        lines: tuple[Line, ...] = ()
+        if self._review is not None or self.mode in (Mode.PLAY, Mode.CORRECT):
+            still = self.phase is Phase.PAUSED and self.mode is Mode.PLAY
+            lines = self._canvas.lines(run, reasons=still or self._review is not None)
+        self._canvas.draw(now, run, snapshot, lines)
 
     def _silent(self, why: Why | None) -> str | None:
         actors, run = self._actors, self.run
