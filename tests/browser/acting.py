@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +20,7 @@ FRAMES = """count => new Promise(done => {
   next();
 })"""
 """Wait for that many frames to be drawn."""
+WAIT_S = 60.0
 
 
 def phase(page: Page, wanted: str) -> None:
@@ -39,16 +42,27 @@ def focus_view(page: Page) -> None:
     assert page.evaluate("document.activeElement.id") == "view"
 
 
+def until(seen: Page | Frame, holds: Callable[[], bool]) -> None:
+    """Wait until something holds that the page does not tell, looking after every other frame."""
+    ends = time.monotonic() + WAIT_S
+    seen.evaluate(FRAMES, 2)
+    while not holds():
+        assert time.monotonic() < ends, f"it did not come about within {WAIT_S:g} s"
+        seen.evaluate(FRAMES, 2)
+
+
 def camera(studio: Running, frame: Frame, near: np.ndarray | None = None) -> np.ndarray:
     """Where the browser says it looks from; once it is at `near`, where that is given."""
     (stage,) = studio.context.stages.all()
     view = studio.views[stage.name]
-    for _ in range(200):
-        frame.evaluate(FRAMES, 2)
-        told = np.array(view.cameras[0]) if view.cameras else None
-        if told is not None and (near is None or np.abs(told - near).max() < 1e-3):
-            return told
-    raise AssertionError(f"the camera is at {view.cameras}, expected {near}")
+
+    def there() -> bool:
+        if not view.cameras:
+            return False
+        return near is None or bool(np.abs(np.array(view.cameras[0]) - near).max() < 1e-3)
+
+    until(frame, there)
+    return np.array(view.cameras[0])
 
 
 def moment(page: Page, stage: LiveStage, seconds: float, near: float = 0.01) -> None:
@@ -57,8 +71,4 @@ def moment(page: Page, stage: LiveStage, seconds: float, near: float = 0.01) -> 
         "([s, n, dt]) => Math.abs(document.getElementById('moment').valueAsNumber * dt - s) < n"
     )
     page.wait_for_function(script, arg=[seconds, near, stage.scene.dt_s])
-    for _ in range(200):
-        page.evaluate(FRAMES, 2)
-        if abs(stage.status()["position_s"] - seconds) < near:
-            return
-    raise AssertionError(f"the stage is at {stage.status()['position_s']} s, expected {seconds} s")
+    until(page, lambda: bool(abs(stage.status()["position_s"] - seconds) < near))

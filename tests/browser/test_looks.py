@@ -16,7 +16,7 @@ from evastudio.demonstrations.store import Store
 from evastudio.live import headless
 from evastudio.live.tokens import Role, Tokens
 from evastudio.workspace import Workspace
-from tests.browser.acting import FRAMES, phase
+from tests.browser.acting import FRAMES, phase, until
 from tests.browser.axe import barriers
 
 if TYPE_CHECKING:
@@ -67,8 +67,7 @@ def made(workspace: Workspace) -> str:
 
 
 def brightness(page: Page) -> float:
-    """Of what is seen in the middle of the 3D view, 0 to 1, once it is drawn."""
-    page.evaluate(FRAMES, 20)
+    """Of what is seen in the middle of the 3D view, 0 to 1."""
     drawn = imread(io.BytesIO(page.locator("#view").screenshot()))
     height, width = drawn.shape[:2]
     return float(np.mean(drawn[height // 4 : height // 2, width // 4 : -width // 4, :3]))
@@ -144,17 +143,14 @@ def test_what_is_chosen_is_remembered_and_the_view_goes_along(
     open_page()
     html = page.locator("html")
     expect(html).to_have_attribute("data-scheme", "dark")
-    assert brightness(page) < 0.45
+    until(page, lambda: brightness(page) < 0.45)
     page.locator("#tour-end").click()
     page.keyboard.press("Shift+L")
     expect(html).to_have_attribute("data-scheme", "light")
     frame = page.wait_for_selector("#view[src$='/light/']").content_frame()
     assert frame is not None
     frame.wait_for_selector("canvas")
-    for _ in range(20):
-        if brightness(page) > 0.55:
-            break
-    assert brightness(page) > 0.55
+    until(page, lambda: brightness(page) > 0.55)
 
     page.reload()
     expect(html).to_have_attribute("data-scheme", "light")

@@ -19,7 +19,7 @@ from evastudio.live.lineup import Column, Lineup
 from evastudio.live.tokens import Role, Tokens
 from evastudio.live.turned import as_seen
 from evastudio.world.bodies import Camera
-from tests.browser.acting import FRAMES
+from tests.browser.acting import until
 from tests.browser.axe import barriers
 from tests.browser.test_comparing import enter
 from tests.browser.test_looks import CONTROLS
@@ -33,15 +33,6 @@ TWO = ("asteroids-careful", "straight")
 def lineups(studio: Running, owner: str = "") -> list[Lineup]:
     """What somebody looks at side by side."""
     return [one.lineup for one in studio.context.lineups.all(owner)]
-
-
-def until(page: Page, holds: Callable[[], bool]) -> None:
-    """Wait until something holds that the page does not tell."""
-    for _ in range(300):
-        if holds():
-            return
-        page.evaluate(FRAMES, 2)
-    raise AssertionError("it did not come about")
 
 
 def drawn(page: Page, studio: Running, owner: str = "") -> Lineup:
