@@ -77,6 +77,7 @@ def test_it_starts_from_an_empty_venv(
     assert played.json()["phase"] == "playing"
     assert sorted(path.name for path in (tmp_path / "work").iterdir()) == [
         "policies",
+        "signed-in.json",
         "studio.db",
         "studio.db-shm",
         "studio.db-wal",

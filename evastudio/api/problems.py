@@ -165,7 +165,7 @@ def _wrong(found: Sequence[Mapping[str, Any]], body: object) -> list[str]:
     told: dict[object, dict[object, list[str]]] = {}
     for one in found:
         kind, *path = one["loc"]
-        missing = path[-1] if one["type"] == "missing" else None
+        missing = path[-1] if path and one["type"] == "missing" else None
         value, where = body, list[str]()
         choice, form = None, None
         for part in path:
