@@ -75,6 +75,14 @@ def test_the_page_keeps_a_strict_policy(page: Reader) -> None:
             assert forbidden not in source, f"{module.name} uses {forbidden}"
 
 
+def test_a_step_comes_before_what_takes_it_back() -> None:
+    reader = Reader()
+    reader.feed((WEB / "index.html").read_text(encoding="utf-8"))
+    order = [given.get("id") for given in reader.buttons]
+    for step, back in (("demonstrate", "undo"), ("clean", "unclean")):
+        assert order.index(back) == order.index(step) + 1
+
+
 def test_nothing_comes_from_outside(page: Reader) -> None:
     for link in page.links:
         if link in OWN:
