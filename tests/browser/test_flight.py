@@ -18,6 +18,17 @@ if TYPE_CHECKING:
     from conftest import Open
 
 
+NEXT = """async () => {
+  const {nextStep} = await import("/web/js/needs.js");
+  const cleaning = {pairs: 9, removed: 0, stale: false};
+  const sessions = [{id: 1, name: "Mine", pairs: 9, cleaning}];
+  const older = {name: "mine-1", session: "Mine", stale: true, shipped: false};
+  const newer = {name: "mine-2", session: "Mine", stale: false, shipped: false};
+  return [[older, newer], [older]].map(policies => nextStep({sessions, session: 1, policies}));
+}"""
+"""What comes next where an older policy lies beside one that is up to date, and alone."""
+
+
 def test_an_animator_flies_cleans_fits_and_plays(
     page: Page, open_page: Callable[[], Open], pictures: Path
 ) -> None:
@@ -78,6 +89,9 @@ def test_an_animator_flies_cleans_fits_and_plays(
     page.locator("label:has(input[name=learner][value=knn])").click()
     page.locator("#fit").click()
     expect(page.locator("#notice")).to_contain_text("ready to play")
+    # What is next does not hang on an older policy, which comes first in the list.
+    expect(page.locator("#play.next")).to_be_visible()
+    assert page.evaluate(NEXT) == ["play", "fit"]
     page.locator("#play").click()
     phase(page, "playing")
     at_least(page, "seconds", 2)

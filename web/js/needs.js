@@ -73,6 +73,17 @@ export function notNow({ status }, name) {
 }
 
 /**
+ * Whether a policy was fitted to the session's present pairs. Older ones may lie beside it.
+ * @param {State} state
+ */
+export function fitted(state) {
+  const now = session(state);
+  const fits = (/** @type {import("./types.js").Policy} */ one) =>
+    one.session === now?.name && !one.stale && !one.shipped;
+  return now !== null && state.policies.some(fits);
+}
+
+/**
  * The step that leads on from here, for the eye to find.
  * @param {State} state
  * @returns {Action}
@@ -80,8 +91,7 @@ export function notNow({ status }, name) {
 export function nextStep(state) {
   const now = session(state);
   if (!now?.pairs) return "demonstrate";
-  const own = state.policies.find((one) => !one.shipped && one.session === now.name);
-  if (own && !own.stale) return "play";
+  if (fitted(state)) return "play";
   if (now.cleaning && !now.cleaning.stale) return "fit";
   return "clean";
 }

@@ -1,7 +1,7 @@
 /** The buttons of the four steps: what is possible, what is not and why, and what comes next. */
 
 import { bar, byId, make, say } from "./dom.js";
-import { needs, nextStep, policy, session } from "./needs.js";
+import { fitted, needs, nextStep, policy, session } from "./needs.js";
 import { notify } from "./notices.js";
 import { LEARNERS, count, plural } from "./words.js";
 
@@ -73,9 +73,7 @@ function finished(state) {
   const steps = [];
   if (now?.pairs) steps.push("demonstrate");
   if (now?.cleaning && !now.cleaning.stale) steps.push("clean");
-  if (now && state.policies.some((one) => one.session === now.name && !one.stale && !one.shipped)) {
-    steps.push("fit");
-  }
+  if (fitted(state)) steps.push("fit");
   return steps;
 }
 
