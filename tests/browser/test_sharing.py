@@ -71,6 +71,22 @@ def test_what_is_seen_is_handed_out_and_plays_with_no_network(
     saved = tmp_path / name
     download.value.save_as(saved)
     expect(page.locator("#notice")).to_contain_text("is made")
+    menu = page.locator("#share > .share-menu")
+    expect(menu).to_be_hidden()
+
+    # Esc folds it up before it leaves, and who leaves finds it folded up the next time.
+    page.locator("#share > summary").click()
+    expect(menu).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(menu).to_be_hidden()
+    phase(page, "reviewing")
+    page.locator("#share > summary").click()
+    page.locator("#looking-back [data-does=leave]").click()
+    phase(page, "paused")
+    expect(menu).to_be_hidden()
+    page.keyboard.press("l")
+    phase(page, "reviewing")
+    expect(menu).to_be_hidden()
 
     # It plays from a file, and asks nobody for anything.
     context = browser.new_context(viewport={"width": 640, "height": 400})

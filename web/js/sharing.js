@@ -28,18 +28,25 @@ export function sharing(store, act) {
       }),
     );
   }
+  /** Fold the menu up, which would lie over the notice; the focus stays at hand. */
+  const close = () => {
+    if (box.open && box.contains(document.activeElement)) box.querySelector("summary")?.focus();
+    box.open = false;
+  };
   store.watch((state, before) => {
     const busy = jobOf(state, "film") !== null;
     for (const button of box.querySelectorAll("button[data-form]")) {
       button.setAttribute("aria-disabled", String(busy));
     }
+    // It is about what is looked at: nobody finds it open at something else.
     const moved = state.status?.phase !== before.status?.phase;
-    if (moved && state.status?.phase === "recording") box.open = false;
+    if (moved || state.status?.take !== before.status?.take) box.open = false;
   });
   return {
     made: ({ id, result }) => {
       if (!own.delete(id)) return;
       const name = String(result?.film);
+      close();
       hand(name, api.filmFile(name));
       notify(`“${name}” is made, and handed to your browser.`);
     },

@@ -35,6 +35,8 @@ const going = ({ status }) => status !== null && status.mode !== null && status.
 /** @param {State} state */
 const resting = ({ status }) => status?.mode === null && status.next_s !== null;
 /** @param {State} state */
+const still = ({ status }) => ["paused", "ended", "reviewing"].includes(status?.phase ?? "");
+/** @param {State} state */
 const taking = ({ status }) => status?.mode === "demonstrate";
 /** @param {State} state */
 const correcting = ({ status }) => status?.mode === "correct" && status.phase !== "ended";
@@ -127,6 +129,8 @@ export const STUDIO = [
         when: ({ status }) => status != null && status.lead !== null,
       },
       { keys: ["KeyP"], does: "screenshot", words: "a picture of the view, as a file", on: "#screenshot" },
+      { keys: ["Escape"], does: "share-close", words: "close what Share offers", on: "#share[open] > summary",
+        press: true, when: still },
       { keys: ["Escape"], does: "stop", words: "stop", on: "#stop", when: going },
       { keys: ["Escape"], does: "stop", words: "begin no take by itself", when: resting },
       { keys: ["KeyR"], does: "restart", words: "begin the next take now", when: resting },
