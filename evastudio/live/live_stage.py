@@ -80,6 +80,8 @@ class LiveStage:
         self._holding = Holding()
         self._asked = self._counted = 0
         self._series = Series()
+        self._begun: tuple[str | None, bool] = (None, False)
+        """The others of the latest take, and whether its character was pushed."""
         self.pulse = Pulse(f"stage-{name}", self._beat, self._failed)
         """What is asked of the stage from any thread goes through this."""
         self.looking_back = LookingBack(self, self._stage, workspace, store)
@@ -164,6 +166,7 @@ class LiveStage:
             now, wall = time.monotonic(), time.time()
             self._stage.demonstrate(scene, self._seed_or(seed), now, wall, crowd, pushes=forcing)
             self._series.begun(begin)
+            self._begun = others, pushes
 
         self.pulse.call(lambda: begin(seed))
         self.refresh()
@@ -225,6 +228,7 @@ class LiveStage:
     def restart(self, same: bool = False) -> None:
         """The same again in another world, or in the `same`: a take, or the policy once more.
 
+        Where nothing is on, as after a take was thrown away, a take begins as the latest did.
         Raises ConflictError in a look back, out of which nothing is recorded by accident.
         """
         if self._stage.phase is Phase.REVIEWING:
@@ -236,7 +240,9 @@ class LiveStage:
         elif same and self._stage.forked_from is not None:
             self.looking_back.fork_from(*self._stage.forked_from, status.others)
         else:
-            self.demonstrate(others=status.others, seed=seed, pushes=status.pushes)
+            gone = status.mode is None
+            others, pushes = self._begun if gone else (status.others, status.pushes)
+            self.demonstrate(others=others, seed=seed, pushes=pushes)
 
     def pause(self) -> None:
         self.pulse.call(lambda: self._stage.pause(time.monotonic()))

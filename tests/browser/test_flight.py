@@ -122,6 +122,12 @@ def test_a_take_is_thrown_away_and_brought_back(page: Page, open_page: Callable[
     page.keyboard.press("Backspace")
     phase(page, "ready")
     expect(page.locator("#takes-kept")).to_have_text("1")
+    again = page.locator("#keys button[data-does=restart]")
+    expect(again).to_be_visible()
+    page.keyboard.press("r")
+    phase(page, "countdown")
+    page.keyboard.press("Escape")
+    phase(page, "ready")
     page.locator("#undo").click()
     expect(page.locator("#takes-kept")).to_have_text("2")
     with Store(studio.workspace.store_url) as store:

@@ -121,6 +121,18 @@ def test_the_same_world_can_be_flown_again(stage: LiveStage) -> None:
     assert stage.status()["seed"] != seed
 
 
+def test_another_take_begins_where_one_was_thrown_away(stage: LiveStage) -> None:
+    stage.demonstrate(pushes=True)
+    seed = recorded(stage, 3)["seed"]
+    assert stage.discard()
+    told = stage.status()
+    assert (told["phase"], told["mode"], told["pushes"]) == ("ready", None, False)
+    stage.restart()
+    told = stage.status()
+    assert (told["phase"], told["mode"], told["pushes"]) == ("countdown", "demonstrate", True)
+    assert told["seed"] != seed
+
+
 def test_slow_motion_holds_for_the_stage(stage: LiveStage) -> None:
     stage.keep_pace(0.5)
     stage.demonstrate()

@@ -1,7 +1,7 @@
 /** The strip that tells which keys do what, and shows which of them are held. */
 
 import { byId, make } from "./dom.js";
-import { keyOf } from "./shortcuts.js";
+import { keyOf, thrown } from "./shortcuts.js";
 import { keyName } from "./words.js";
 
 /** @typedef {import("./types.js").State} State */
@@ -36,7 +36,8 @@ export const keptSeconds = () => Number(localStorage.getItem(ENDS_WITH) ?? 5);
  * @param {State} state
  * @returns {Record<string, boolean>}
  */
-function useful({ status }) {
+function useful(state) {
+  const { status } = state;
   const { phase = "ready", mode = null } = status ?? {};
   const demonstrating = mode === "demonstrate";
   const correcting = mode === "correct" && phase !== "ended";
@@ -48,7 +49,7 @@ function useful({ status }) {
     back: correcting,
     pause: ["countdown", "recording", "playing"].includes(phase),
     resume: phase === "paused",
-    again: on,
+    again: on || thrown(state),
     same: on && still && !status?.forked,
     there: on && still && !!status?.forked,
     keep: demonstrating && phase !== "countdown" && !!status?.pairs,

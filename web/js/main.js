@@ -209,6 +209,11 @@ const here = {
   drag: () => notify(feeling.toggle() ? "Drags in the view steer." : "Drags in the view turn the camera."),
   "slower-time": () => time.step(-1),
   "faster-time": () => time.step(1),
+  // Where a take was thrown away there is nothing to begin again: another begins as the first did.
+  restart: () =>
+    store.state.status?.mode === null
+      ? byId("demonstrate", HTMLButtonElement).click()
+      : link.command("restart"),
   "restart-same": () => link.command("restart", { same: true }),
   "keep-last": () => keepLast(keptSeconds()),
   "hand-back": () => handBack(),

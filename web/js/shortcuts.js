@@ -34,6 +34,9 @@ const comparing = (state) => reviewing(state) && state.conflict !== null;
 const going = ({ status }) => status !== null && status.mode !== null && status.mode !== "review";
 /** @param {State} state */
 const resting = ({ status }) => status?.mode === null && status.next_s !== null;
+/** Whether a take was thrown away, and nothing begins by itself. @param {State} state */
+export const thrown = ({ status }) =>
+  status?.mode === null && status.next_s === null && status.can_undo;
 /** @param {State} state */
 const still = ({ status }) => ["paused", "ended", "reviewing"].includes(status?.phase ?? "");
 /** @param {State} state */
@@ -134,6 +137,7 @@ export const STUDIO = [
       { keys: ["Escape"], does: "stop", words: "stop", on: "#stop", when: going },
       { keys: ["Escape"], does: "stop", words: "begin no take by itself", when: resting },
       { keys: ["KeyR"], does: "restart", words: "begin the next take now", when: resting },
+      { keys: ["KeyR"], does: "restart", words: "begin another take", when: thrown },
     ],
   },
   {
