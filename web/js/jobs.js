@@ -7,6 +7,31 @@ import { attempt } from "./notices.js";
 
 /** @typedef {import("./types.js").Job} Job */
 
+/** What others wait for, by the kind of the job. @type {Record<string, string>} */
+const WORK = {
+  again: "the repeated comparison",
+  clean: "the cleaning",
+  diagnose: "the diagnosis",
+  evaluate: "the comparison",
+  failures: "the search for failures",
+  film: "the film",
+  fit: "the fitting",
+  import: "the import",
+  pictures: "the pictures",
+  places: "the search for new places",
+  preview: "the search for contradictions",
+  record: "the recording of takes",
+  search: "the search",
+  switch: "the switch",
+  tune: "the tuning",
+};
+
+/** For what jobs that are queued wait: one is done after another. @param {Job[]} jobs */
+function waiting(jobs) {
+  const first = jobs.find(({ state }) => state === "running");
+  return first ? `Waiting for ${WORK[first.kind] ?? "other work"} to be done` : "Waiting";
+}
+
 /** @param {Job} job */
 export const isOpen = (job) => job.state === "queued" || job.state === "running";
 
@@ -29,8 +54,7 @@ export function jobs(store) {
       const job = jobOf(state, kind);
       box.hidden = job === null;
       if (job === null) return;
-      const waiting = job.state === "queued" ? "Waiting for its turn" : "Working";
-      say(message, job.message || waiting);
+      say(message, job.state === "queued" ? waiting(state.jobs) : job.message || "Working");
       bar.value = job.progress;
     });
   }
