@@ -60,7 +60,7 @@ function onJob(job) {
   store.set({ jobs: [...store.state.jobs.filter(({ id }) => id !== job.id), job].filter(isOpen) });
   if (!isOpen(job)) begun.delete(job.id);
   sessionStorage.setItem(BEGUN, JSON.stringify([...begun]));
-  if (job.state === "failed") notify(job.error ?? "It did not work.", "error");
+  if (job.state === "failed") notify(job.error ?? "It did not work.", "error", true);
   else if (job.state === "done") attempt(() => ended(job));
 }
 

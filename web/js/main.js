@@ -18,7 +18,7 @@ import { Keys } from "./keys.js";
 import { Link } from "./link.js";
 import { meaningOf } from "./meaning.js";
 import { MARK, notNow, session } from "./needs.js";
-import { attempt, notify, withdraw } from "./notices.js";
+import { attempt, goOn, notify, withdraw } from "./notices.js";
 import { options } from "./options.js";
 import { others } from "./others.js";
 import { pace } from "./pace.js";
@@ -143,8 +143,9 @@ function onStatus(status) {
   if (place) goBack(place, status, (name, more) => link.command(name, more));
   place = null;
   store.set({ status, session: chosen });
+  if (moved || (before && underWay(status) && !underWay(before))) goOn();
   if (before?.problem && status.problem !== before.problem) withdraw(before.problem);
-  if (status.problem && status.problem !== before?.problem) notify(status.problem, "error");
+  if (status.problem && status.problem !== before?.problem) notify(status.problem, "error", true);
   if (before && status.can_undo && !before.can_undo) notify("The take is in the trash. U brings it back.");
   const counted =
     status.takes_kept !== before?.takes_kept ||
@@ -154,11 +155,14 @@ function onStatus(status) {
   if (moved || (before && counted)) attempt(reload);
 }
 
+/** Whether a take or a playback is under way. @param {Status} status */
+const underWay = ({ phase }) => phase === "countdown" || phase === "recording" || phase === "playing";
+
 /** @param {Job} job */
 function onJob(job) {
   const others = store.state.jobs.filter(({ id }) => id !== job.id);
   store.set({ jobs: isOpen(job) ? [...others, job] : others });
-  if (job.state === "failed") notify(job.error ?? "It did not work.", "error");
+  if (job.state === "failed") notify(job.error ?? "It did not work.", "error", true);
   if (job.state !== "done") return;
   if (job.kind === "film") return films.made(job);
   failed(job);
@@ -359,10 +363,12 @@ sessions(store, {
     localStorage.setItem(LAST_SCENE, name);
     if (scene === null) return;
     unsent = null;
+    goOn();
     store.set({ scene, session: null, takes: [], status: null, ...choicesIn(scene) });
     link.connect(true);
   },
   chooseSession: (id) => {
+    goOn();
     store.set({ session: id, takes: [] });
     unsent = link.command("session", { session: id }) ? null : id;
     attempt(reload);
