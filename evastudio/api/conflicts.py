@@ -27,16 +27,19 @@ def list_conflicts(
     studio: Studio,
     threshold: Threshold = "auto",
     limit: Annotated[int, Query(ge=0, le=1000)] = 50,
-) -> ConflictsOut:
-    """What cleaning at that threshold would leave out, by what the latest look found.
+) -> ConflictsOut | None:
+    """What cleaning at that threshold would leave out, by what the latest look found; null where
+    nobody has looked.
 
     A look is a job, `POST /sessions/{session}/clean/preview`; after it any threshold is answered in
     a moment.
     """
     record = studio.store.session(session)
-    return ConflictsOut.model_validate(
-        weigh(studio.workspace, studio.store, record, threshold, limit)
-    )
+    try:
+        found = weigh(studio.workspace, studio.store, record, threshold, limit)
+    except NotFoundError:
+        return None
+    return ConflictsOut.model_validate(found)
 
 
 @router.get("/conflicts/{take}/{step}")

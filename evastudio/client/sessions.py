@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from evastudio.client.connection import Connection
 from evastudio.client.jobs import Job
 from evastudio.client.reading import read
+from evastudio.errors import NotFoundError
 
 Delay = float | Literal["auto", "off"]
 """Reaction delay to take out: as estimated where that helps, none, or so many seconds."""
@@ -219,6 +220,10 @@ class Sessions:
         told = self._connection.get(
             f"/sessions/{session}/conflicts", threshold=threshold, limit=limit
         )
+        if told is None:
+            raise NotFoundError(
+                f"Conflicts have not been looked for in session {session} so far. Look first."
+            )
         return read(Conflicts, told, items=[read(Conflict, one) for one in told["items"]])
 
     def judge(self, session: int, take: int, step: int, verdict: Verdict | None) -> None:

@@ -20,7 +20,9 @@ def test_conflicts_are_looked_for_listed_judged_and_shown(studio: Studio) -> Non
     def get(path: str, **query: Any) -> Any:
         return studio.client.get(root + path, params=query)
 
-    assert get("/conflicts").status_code == 404
+    unseen = get("/conflicts")
+    assert (unseen.status_code, unseen.json()) == (200, None)
+    assert studio.client.get(f"{API}/sessions/{session + 1}/conflicts").status_code == 404
     seen = result(studio, f"/sessions/{session}/clean/preview", {"worst": 0})
     told = get("/conflicts").json()
     assert told["goes"] == told["conflicts"] == seen["removed"] > 0

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from playwright.sync_api import Page, expect
 
@@ -14,7 +15,7 @@ from evastudio.learning.policy_files import load_policy
 from evastudio.live import headless
 from evastudio.live.picture import Picture
 from evastudio.live.weighing import weigh
-from tests.browser.acting import FRAMES, camera, moment, phase
+from tests.browser.acting import FRAMES, at_least, camera, moment, phase
 
 if TYPE_CHECKING:
     from conftest import Open, Running
@@ -52,6 +53,7 @@ def test_what_would_go_is_looked_at_judged_and_taken_back(
     expect(says).to_contain_text(f"{strict.goes} of {told.pairs} pairs")
     page.locator("#threshold-auto").click()
     expect(rows).to_have_count(told.conflicts)
+    expect(page.locator("#threshold-says")).to_have_text("is usual there")
 
     # Each is seen in the scene, with where its neighbours' actions lead.
     first, second, third, fourth, *_ = told.items
@@ -143,3 +145,54 @@ def test_what_would_go_is_looked_at_judged_and_taken_back(
     phase(page, "playing")
     expect(page.locator("#made-before")).to_have_text(words)
     store.close()
+
+
+def busy(progress: Any) -> dict[str, Any]:
+    """Work that goes on until it is cancelled."""
+    progress(0.1, "Drawing")
+    while True:
+        time.sleep(0.1)
+
+
+def test_the_list_is_that_of_the_session_one_is_in(
+    page: Page, run_studio: Callable[[], Running], open_page: Callable[[Running], Open]
+) -> None:
+    studio = run_studio()
+    made = {"seed": 7, "options": {"density": 3.0}, "session": "Shown"}
+    shown = headless.record(studio.workspace, "asteroids", "scripted:human", 0.5, **made)["session"]
+    complaints: list[str] = []
+    page.on("response", lambda one: complaints.append(one.url) if one.status >= 400 else None)
+    open_page(studio)
+    expect(page.locator("#pairs-kept")).to_have_text("450")
+
+    # Where nobody has looked, the studio says so, and a look waits for what runs.
+    film = studio.context.jobs.submit("film", busy)
+    page.keyboard.press("x")
+    waits = page.locator(".job[data-kind=preview]")
+    expect(waits).to_contain_text("Waiting for the film to be done")
+    studio.context.jobs.cancel(film.id)
+    rows, none = page.locator("#conflicts > li"), page.locator("#conflicts-none")
+    expect(rows).not_to_have_count(0)
+
+    # In another session there is nothing, until its first take.
+    page.locator("#new-session").click()
+    page.locator("#session-name").fill("Other")
+    page.keyboard.press("Enter")
+    expect(rows).to_have_count(0)
+    expect(none).to_have_text("Record a take first.")
+    page.locator("#demonstrate").click()
+    phase(page, "recording")
+    at_least(page, "pairs", 60)
+    page.locator("#stop").click()
+    expect(none).to_be_empty()
+    expect(page.locator("#conflicts-says")).to_contain_text("would go")
+
+    # In another scene too.
+    page.locator("#session").select_option(value=str(shown))
+    expect(rows).not_to_have_count(0)
+    page.locator("#scene").select_option("crowd")
+    expect(rows).to_have_count(0)
+    phase(page, "ready")
+    expect(none).to_have_text("Record a take first.")
+    expect(page.locator("#notice .error")).to_have_count(0)
+    assert [url for url in complaints if "/conflicts" in url] == [], complaints

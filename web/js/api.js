@@ -108,11 +108,11 @@ export const api = {
   look: (session, neighbors, perception) =>
     ask("POST", `/sessions/${session}/clean/preview`, { n_neighbors: neighbors, perception, worst: 0 }),
   /**
-   * What would go at that threshold, by the latest look.
+   * What would go at that threshold, by the latest look; null where nobody has looked.
    * @param {number} session
    * @param {number | "auto"} threshold
    * @param {number} limit
-   * @returns {Promise<import("./types.js").Conflicts>}
+   * @returns {Promise<import("./types.js").Conflicts | null>}
    */
   conflicts: (session, threshold, limit) =>
     ask("GET", `/sessions/${session}/conflicts?threshold=${threshold}&limit=${limit}`),

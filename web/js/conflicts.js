@@ -1,8 +1,8 @@
 /** The review of conflicts: what cleaning would leave out, and why, before it does. */
 
-import { Refusal, api } from "./api.js";
+import { api } from "./api.js";
 import { byId, make, say } from "./dom.js";
-import { jobOf, needs } from "./needs.js";
+import { jobOf, needs, session } from "./needs.js";
 import { attempt } from "./notices.js";
 import { count, plural } from "./words.js";
 
@@ -18,6 +18,9 @@ const MOST = 1.5;
 const NOTCHES = 100;
 /** Moments that each is compared with, unless another number is chosen. */
 const NEIGHBORS = 25;
+
+/** From where on a move goes where each moment has a limit of its own, after "Farther off than". */
+const OWN_LIMIT = "is usual there";
 
 /** @type {[Verdict, string, string][]} what it is, in words, what it does */
 const VERDICTS = [
@@ -55,12 +58,12 @@ export function conflicts(store, act) {
   const rows = new Map();
 
   const chosen = () => store.state.conflict;
-  const session = () => store.state.session;
+  const current = () => store.state.session;
   const sees = () => store.state.perception ?? store.state.scene?.perceptions[0]?.name;
 
   /** Read what would go now; where several are wanted at once, the last. */
   async function read() {
-    const id = session();
+    const id = current();
     if (!box.open || id === null) return;
     if (reading) {
       again = true;
@@ -69,13 +72,14 @@ export function conflicts(store, act) {
     reading = true;
     try {
       const told = await api.conflicts(id, threshold, SHOWN);
-      if (id === session()) found = told;
-      if (told.stale || told.perception !== sees()) look();
+      if (id !== current()) return;
+      found = told;
+      if (told === null || told.stale || told.perception !== sees()) look();
       else compared.value = String(told.neighbors);
     } catch (error) {
+      if (id !== current()) return;
       found = null;
-      if (error instanceof Refusal && error.status === 404) look();
-      else throw error;
+      throw error;
     } finally {
       reading = false;
       tell();
@@ -98,7 +102,7 @@ export function conflicts(store, act) {
 
   /** @param {Conflict} one @param {Verdict} verdict */
   async function judge(one, verdict) {
-    const id = session();
+    const id = current();
     if (id === null) return;
     if (one.verdict === verdict) await api.withdraw(id, one.take, one.step);
     else await api.judge(id, one.take, one.step, verdict);
@@ -117,7 +121,7 @@ export function conflicts(store, act) {
 
   /** Say the same of all that lie around one. @param {Conflict} one */
   async function judgeAround({ verdict, ...one }) {
-    const id = session();
+    const id = current();
     if (id === null || verdict === null) return;
     await Promise.all(
       around({ verdict, ...one }).map(({ take, step }) => api.judge(id, take, step, verdict)),
@@ -147,12 +151,21 @@ export function conflicts(store, act) {
     if (next) choose(next);
   }
 
+  /** Why there is nothing to see, where no work is under way that changes it. */
+  function tellNone() {
+    const idle = found === null && jobOf(store.state, "preview") === null;
+    const why = needs(store.state).clean ?? (reading ? "" : "Nothing was compared so far");
+    say(byId("conflicts-none", HTMLElement), idle && why ? `${why}.` : "");
+  }
+
   function tell() {
     byId("conflicts-found", HTMLElement).hidden = found === null;
-    const missing = needs(store.state).clean;
-    const idle = found === null && jobOf(store.state, "preview") === null;
-    say(byId("conflicts-none", HTMLElement), idle ? `${missing ?? "Nothing was compared so far"}.` : "");
-    if (found === null) return;
+    tellNone();
+    if (found === null) {
+      rows.clear();
+      list.replaceChildren();
+      return;
+    }
     const { pairs, goes, symbols, limit, items } = found;
     const share = pairs ? Math.max(Math.round((100 * goes) / pairs), goes ? 1 : 0) : 0;
     const left = items.length < found.conflicts ? ` The farthest off ${count(items.length)}:` : "";
@@ -160,9 +173,10 @@ export function conflicts(store, act) {
     const some = `${count(goes)} of ${plural(pairs, "pair")} would go (${share} %).${left}`;
     say(byId("conflicts-says", HTMLElement), goes || items.length ? some : none);
     if (threshold === "auto") slider.value = String(notchOf(limit, symbols));
-    const off = percent(threshold === "auto" ? limit : threshold);
-    say(byId("threshold-says", HTMLElement), threshold === "auto" ? `about ${off}` : off);
-    slider.setAttribute("aria-valuetext", `${off} off, ${count(goes)} would go`);
+    // Each moment then has a limit of its own: one number would be read as that of all.
+    const off = threshold === "auto" ? OWN_LIMIT : percent(threshold);
+    say(byId("threshold-says", HTMLElement), off);
+    slider.setAttribute("aria-valuetext", `Farther off than ${off}: ${count(goes)} would go`);
     auto.setAttribute("aria-pressed", String(threshold === "auto"));
 
     const focused = document.activeElement;
@@ -198,11 +212,21 @@ export function conflicts(store, act) {
 
   store.watch((state, before) => {
     if (state === before) return;
-    if (state.session !== before.session) found = null;
+    const other = state.session !== before.session || state.scene?.name !== before.scene?.name;
+    if (other) {
+      found = null;
+      if (state.conflict) store.set({ conflict: null });
+      tell();
+    }
+    tellNone();
     const ended = ["preview", "clean"].some((kind) => jobOf(before, kind) && !jobOf(state, kind));
-    const counted = state.status?.pairs_kept !== before.status?.pairs_kept;
+    const counted =
+      state.status?.pairs_kept !== before.status?.pairs_kept ||
+      session(state)?.pairs !== session(before)?.pairs;
+    // What stood in the way of a look is over: a take is finished, the studio is there again.
+    const able = needs(state).clean === null && needs(before).clean !== null;
     const seen = state.perception !== before.perception;
-    if (state.session !== before.session || ended || counted || seen) attempt(read);
+    if (other || ended || counted || able || seen) attempt(read);
     const now = state.conflict;
     const away = state.status?.mode !== "review" || state.status.take !== now?.take;
     if (now && away && state.status !== before.status && before.status?.take === now.take) {
