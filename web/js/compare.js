@@ -12,6 +12,7 @@ import { me } from "./me.js";
 import { attempt, notify } from "./notices.js";
 import { options } from "./options.js";
 import { pictures } from "./pictures.js";
+import { choicesIn } from "./place.js";
 import { pageKeys, sheet, throughTime } from "./sheet.js";
 import { COMPARING } from "./shortcuts.js";
 import { LAST_SCENE, Store } from "./store.js";
@@ -104,7 +105,8 @@ async function chooseScene(name) {
   const scene = store.state.scenes.find((one) => one.name === name) ?? null;
   if (scene === null) return;
   localStorage.setItem(LAST_SCENE, name);
-  store.set({ scene, pilots: [], chosen: [], sessions: [], options: {}, evaluations: [], ballots: [] });
+  const { options: values } = choicesIn(scene);
+  store.set({ scene, pilots: [], chosen: [], sessions: [], options: values, evaluations: [], ballots: [] });
   const [all, known] = await Promise.all([api.pilots(name), api.sessions(name), listEarlier()]);
   if (store.state.scene === scene) store.set({ pilots: all, sessions: known });
 }

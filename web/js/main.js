@@ -24,7 +24,7 @@ import { others } from "./others.js";
 import { pace } from "./pace.js";
 import { pad } from "./pad.js";
 import { defaultPolicy, policies } from "./policies.js";
-import { goBack, keepPlace, placeIn } from "./place.js";
+import { choicesIn, goBack, keepPlace, placeIn } from "./place.js";
 import { Pointer } from "./pointer.js";
 import { viewed, watchScheme } from "./scheme.js";
 import { screenshot } from "./screenshot.js";
@@ -88,13 +88,6 @@ async function openStage() {
 
 /** Where one was in the scene, until the new stage is there too. @type {ReturnType<typeof placeIn>} */
 let place = null;
-
-/** What was chosen in the scene, as far as it still has that. @param {import("./types.js").Scene} scene */
-function choicesIn({ name, options }) {
-  const { policy = null, others = null, options: kept = {} } = placeIn(name) ?? {};
-  const good = options.filter((one) => kept[one.name] >= one.low && kept[one.name] <= one.high);
-  return { policy, others, options: Object.fromEntries(good.map((one) => [one.name, kept[one.name]])) };
-}
 
 const link = new Link(openStage);
 let viewIsNew = false;

@@ -12,6 +12,16 @@ const kept = (scene) => `evastudio.place.${scene}`;
 export const placeIn = (scene) => JSON.parse(localStorage.getItem(kept(scene)) ?? "null");
 
 /**
+ * What was chosen in the scene, as far as it still has that.
+ * @param {import("./types.js").Scene} scene
+ */
+export function choicesIn({ name, options }) {
+  const { policy = null, others = null, options: were = {} } = placeIn(name) ?? {};
+  const good = options.filter((one) => were[one.name] >= one.low && were[one.name] <= one.high);
+  return { policy, others, options: Object.fromEntries(good.map((one) => [one.name, were[one.name]])) };
+}
+
+/**
  * Keep where one is from now on.
  * @param {import("./store.js").Store} store
  */
