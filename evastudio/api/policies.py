@@ -63,10 +63,11 @@ def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) ->
     extra: Mapping[str, Any] = header.get("extra") or {}
     now, problem = _mismatch(scene, studio) if entry.problem is None else (None, entry.problem)
     report, changed = _report(extra), made_before(header, studio.store)
+    in_short = _report({**extra, "findings": extra.get("in_short", extra.get("findings"))})
     if entry.switch is not None and now is not None:
         known = list_policies(studio.workspace.policy_folders)
         problem = problem or piloting.cannot_play(entry.switch, now, known)
-        report = [] if problem else [entry.switch.words(now)]
+        report = in_short = [] if problem else [entry.switch.words(now)]
     return PolicyOut(
         name=entry.name,
         scene=scene.get("name"),
@@ -77,6 +78,7 @@ def _described(entry: PolicyEntry, header: Mapping[str, Any], studio: Studio) ->
         pairs=header.get("pairs"),
         session=extra.get("session_name"),
         report=report,
+        in_short=in_short,
         switches=[] if entry.switch is None else list(entry.switch.policies),
         made_by=header.get("made_by"),
         created=header.get("created"),

@@ -128,7 +128,11 @@ def diagnose_session(session: int, body: DiagnoseIn, studio: Studio) -> JobOut:
 
 @router.post("/sessions/{session}/fit", status_code=status.HTTP_202_ACCEPTED)
 def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
-    """Fit a policy to the kept pairs, without marked conflicts; a job."""
+    """Fit a policy to the kept pairs, without marked conflicts; a job.
+
+    A name that is given may replace a policy. Without one it is called after its session, with a
+    number behind it where another policy is called that.
+    """
     record = _need_pairs(session, studio)
     scene = headless.make_scene(studio.workspace, record.scene)
     space = scene.chosen(scene.perception(body.perception))
@@ -147,6 +151,7 @@ def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
         settings=body.settings,
         delay=body.delay,
         name=name,
+        beside=body.name is None,
     )
     return JobOut.model_validate(job)
 

@@ -44,6 +44,8 @@ class Policy:
     """Why it cannot play, or None."""
     made_before: str | None = None
     """What has changed in its session since, as "made before 2 takes were added"; or None."""
+    in_short: Sequence[str] = ()
+    """The report without fields of the state and their figures."""
 
 
 @dataclass(frozen=True)

@@ -248,7 +248,10 @@ class Sessions:
         settings: Mapping[str, Any] | None = None,
         delay: Delay = "auto",
     ) -> Job:
-        """Fit a policy to the kept pairs, without marked conflicts; a job whose result names it."""
+        """Fit a policy to the kept pairs, without marked conflicts; a job whose result names it.
+
+        Without a `name` no policy is replaced by another: the new one gets a number.
+        """
         return self._work(
             session,
             "fit",

@@ -40,6 +40,11 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
 
     Raises StorageError where it cannot be written.
     """
+    return write_whole(Path(path), policy_bytes(policy))
+
+
+def policy_bytes(policy: Policy) -> bytes:
+    """What the file of `policy` holds."""
     header = {
         "format": FORMAT,
         **policy.describe(),
@@ -57,8 +62,8 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
     if policy.moments is not None:
         narrow = np.min_scalar_type(int(policy.moments.max(initial=0)))
         arrays[MOMENTS] = np.ascontiguousarray(policy.moments, dtype=narrow)
-    data = save(arrays, {KEY: json.dumps(header, allow_nan=False)})
-    return write_whole(Path(path), data)
+    data: bytes = save(arrays, {KEY: json.dumps(header, allow_nan=False)})
+    return data
 
 
 def load_policy(path: str | Path) -> Policy:

@@ -28,10 +28,12 @@ from evastudio.learning.catalog import (
 from evastudio.learning.cleaning import N_NEIGHBORS, Progress, clean_pairs, silent
 from evastudio.learning.delay import Asked
 from evastudio.learning.fitting import fit_policy
-from evastudio.learning.policy import find_learner
+from evastudio.learning.policy import Policy, find_learner
 from evastudio.learning.policy_files import SUFFIX, save_policy
 from evastudio.learning.tuning import AUTO
 from evastudio.live.clips import dress
+from evastudio.live.free_names import free_file
+from evastudio.live.in_short import in_short
 from evastudio.live.missing import as_judged, missing_words
 from evastudio.live.perceiving import see_session, unmarked
 from evastudio.live.tuning import tune_session
@@ -173,6 +175,7 @@ def fit(
     delay: Asked = "auto",
     out: str | Path | None = None,
     name: str | None = None,
+    beside: bool = False,
     clock: Callable[[], float] = time.time,
     progress: Progress = silent,
 ) -> dict[str, Any]:
@@ -182,7 +185,8 @@ def fit(
     `tune` chooses, with its settings, and the policy then keeps the report. Actions are paired
     with what they answered a `delay` before: as estimated where held-out takes agree that it
     helps, "off", or so many seconds. The policy is written to the file `out`, or as `name` into
-    the workspace's policies.
+    the workspace's policies, where it replaces another of that name; `beside` it gets a number
+    behind its name instead, and only one that is the same is replaced.
     """
     if learner == AUTO and settings:
         raise InvalidInputError(
@@ -208,22 +212,17 @@ def fit(
         Path(out) if out is not None else workspace.policies / (checked_policy_name(name) + SUFFIX)
     )
     cleaning = None if chosen.cleaning is None else dict(chosen.cleaning.settings)
-    steps = [chosen.made_by] if chosen.made_by else []
+    made_by = [chosen.made_by] if chosen.made_by else []
     if cleaning is not None and "threshold" in cleaning:  # not of single pairs by hand alone
         asked = {name: cleaning[name] for name in ("perception", "neighbors", "threshold")}
         asked["delay"] = _unless_auto(cleaning.get("delay", "off"))
-        steps.append(command_line("clean", chosen.name, **asked))
-    steps.append(
-        command_line(
-            "fit",
-            chosen.name,
-            learner=learner,
-            perception=perception,
-            set=settings,
-            delay=_unless_auto(delay),
-            out=path.name,
-        )
-    )
+        made_by.append(command_line("clean", chosen.name, **asked))
+    flags = {
+        "learner": learner,
+        "perception": perception,
+        "set": settings,
+        "delay": _unless_auto(delay),
+    }
     tuning = found = None
     if learner == AUTO:
         tuning = tune_session(
@@ -238,8 +237,9 @@ def fit(
             found = clean_pairs(pairs, scene, perception, threshold=tuning.chosen.threshold)
             found = as_judged(found, pairs, verdicts)
             cleaning = {"neighbors": N_NEIGHBORS, **found.report()}
-    told = [finding.sentence for finding in seen.findings(pairs) if finding.found]
-    told = [*missing_words(workspace, chosen, seen, late.steps, verdicts), *told]
+    findings = [finding for finding in seen.findings(pairs) if finding.found]
+    missing = missing_words(workspace, chosen, seen, late.steps, verdicts)
+    told = [*missing, *(finding.sentence for finding in findings)]
     begins = 0.2 if tuning is None else TUNING_SHARE
     policy = fit_policy(
         pairs,
@@ -250,7 +250,6 @@ def fit(
         cleaning=found,
         session=chosen.id,
         takes=[take.take for take in seen.takes],
-        made_by=" && ".join(steps),
         created=datetime.fromtimestamp(clock(), UTC).isoformat(timespec="seconds"),
         progress=lambda share, doing: progress(begins + (0.95 - begins) * share, doing),
     )
@@ -264,11 +263,19 @@ def fit(
             "pairs_before_cleaning": seen.recorded,
             "delay": late.report(),
             "findings": told,
+            "in_short": [*missing, *map(in_short, findings)],
             "cleaning_id": None if chosen.cleaning is None else chosen.cleaning.id,
             **({} if tuning is None else {"tuning": tuning.to_json()}),
         },
     )
-    save_policy(policy, path)
+
+    def called(path: Path) -> Policy:
+        line = command_line("fit", chosen.name, **flags, out=path.name)
+        return replace(policy, made_by=" && ".join([*made_by, line]))
+
+    if beside:
+        path = free_file(path, called, workspace.policy_folders)
+    save_policy(called(path), path)
     progress(1.0, "Saved")
     return {
         "policy": path.name.removesuffix(SUFFIX),

@@ -55,8 +55,13 @@ export function steps(store, act) {
     say(fit, missing.fit ?? LEARNERS[learner]);
     const shown = policy(state);
     const report = shown?.switches.length ? [] : (shown?.report ?? []);
-    say(byId("fit-report", HTMLElement), report.slice(0, REPORTED).join(" "));
-    byId("fit-more", HTMLElement).hidden = report.length <= REPORTED;
+    const old = !!shown?.made_before;
+    const short = old || !report.length ? [] : (shown?.in_short ?? []).slice(0, REPORTED);
+    say(byId("fit-report", HTMLElement), short.join(" "));
+    const more = byId("fit-more", HTMLElement);
+    more.hidden = JSON.stringify(report) === JSON.stringify(short);
+    const title = /** @type {HTMLElement} */ (more.querySelector("summary"));
+    say(title, old ? "All that the fit before found" : "All that fitting found");
     const all = byId("fit-all", HTMLElement);
     if (all.dataset.key !== JSON.stringify(report)) {
       all.dataset.key = JSON.stringify(report);

@@ -27,7 +27,7 @@
  * @typedef {{kind: string, says: string}} Remark
  * @typedef {{name: string, scene: string, learner: string, pairs: number, session: string | null,
  *   created: string | null, shipped: boolean, stale: boolean, problem: string | null,
- *   report: string[], switches: string[], made_before: string | null}} Policy
+ *   report: string[], in_short: string[], switches: string[], made_before: string | null}} Policy
  * @typedef {"keep" | "delete" | "missing"} Verdict
  * @typedef {{take: number, number: number, step: number, seconds: number, says: string,
  *   deviation: number, limit: number, conflict: boolean, verdict: Verdict | null,

@@ -48,6 +48,8 @@ class PolicyOut(BaseModel):
     """Name of the session it was fitted to."""
     report: list[str]
     """What fitting or tuning said of it, or when a switch switches, for people."""
+    in_short: list[str]
+    """The same for animators: without fields of the state and their figures."""
     switches: list[str]
     """The policies of a switch, the first choice first; empty for a policy."""
     made_by: str | None
