@@ -11,6 +11,10 @@ from evastudio.live.sketch import Led, Trail
 from evastudio.world.bodies import Line
 from evastudio.world.snapshot import Snapshot
 
+BEHIND_S = 0.003
+"""So long after a decision comes the frame that first shows what it led to: one at the very moment
+would show the world as it was, and the next come a whole frame later."""
+
 
 class Canvas:
     """Frames for whoever looks, at the scene's render rate; while nobody does there are none."""
@@ -32,6 +36,10 @@ class Canvas:
     def soon(self) -> None:
         """What is to be seen has changed."""
         self._next = 0.0
+
+    def decided(self, at: float) -> None:
+        """A decision fell at `at`: frames follow it, instead of at a phase of their own."""
+        self._next = at + BEHIND_S
 
     def clear(self) -> None:
         """Another world is drawn from now on."""

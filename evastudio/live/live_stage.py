@@ -337,7 +337,7 @@ class LiveStage:
 
         def begin() -> None:
             self._watching[show] = drawn
-            self._stage.on_frame.append(drawn)
+            self._stage.watch(drawn)
             self._advance()
 
         self.pulse.call(begin)

@@ -78,6 +78,11 @@ class Stage:
         """Who is shown what is drawn."""
         return self._canvas.on_frame
 
+    def watch(self, show: Show) -> None:
+        """Call `show` with every frame, from the present one on."""
+        self._canvas.on_frame.append(show)
+        self._canvas.soon()
+
     @property
     def keys(self) -> HeldKeys:
         """What the person holds."""
@@ -376,6 +381,7 @@ class Stage:
             self._look()
         if self._running:
             for _ in self.clock.due_steps(now):
+                self._canvas.decided(self.clock.due)
                 self._step(wall)
                 if not self._running:
                     break

@@ -163,7 +163,7 @@ def test_another_character_is_led_in_the_next_take_and_not_in_this_one(
 def test_the_camera_in_use_decides_where_one_points(crowd: Scene) -> None:
     stage = Stage(crowd, 1, 0.0)
     shown: list[Camera] = []
-    stage.on_frame.append(lambda picture: shown.append(picture.camera))
+    stage.watch(lambda picture: shown.append(picture.camera))
     stage.play(crowd, find_pilot("scripted:shy"), 3, 0.0, 0.0)
     assert stage.status(0.0).cameras == ("chase", "overview")
     with pytest.raises(NotFoundError, match="overview"):

@@ -72,7 +72,7 @@ def test_a_look_back_goes_on_at_any_speed_and_stops_at_the_ends(stage: Stage, sc
     assert steps == 45
     stage.review(stage.run.reel, float(steps), now)
     shown: list[float] = []
-    stage.on_frame.append(lambda picture: shown.append(float(picture.snapshot["position"][0, 0])))
+    stage.watch(lambda picture: shown.append(float(picture.snapshot["position"][0, 0])))
     stage.roll(-2.0, now)
     now = run(stage, now, 1.0)
     position = stage.status(now).position_s

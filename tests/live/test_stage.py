@@ -170,7 +170,7 @@ def test_drawing_moves_evenly_between_decisions(stage: Stage, scene: Scene) -> N
         seen.append(float(picture.snapshot["position"][0, 0]))
         fresh.append(picture.fresh)
 
-    stage.on_frame.append(show)
+    stage.watch(show)
     stage.play(scene, StraightPilot(), 9, 0.0, 0.0)
     run(stage, 0.0, 2.0, every=1 / 240)
     moved = np.diff(seen)[10:]
@@ -178,3 +178,16 @@ def test_drawing_moves_evenly_between_decisions(stage: Stage, scene: Scene) -> N
     assert (moved >= -1e-9).all()
     assert moved.max() < 2.2 * 10 / 60
     assert fresh.count(True) == 1
+
+
+def test_what_a_decision_led_to_is_seen_in_a_moment(stage: Stage, scene: Scene) -> None:
+    now, drawn = 0.0, list[tuple[float, int]]()
+    stage.watch(lambda picture: drawn.append((now, stage.clock.steps)))
+    stage.play(scene, StraightPilot(), 9, 0.0, 0.0)
+    while now < 2.0:
+        now = stage.advance(now, 0.0)
+    after = [at - steps * DT for at, steps in drawn]
+    first = [past for past, (_, steps) in zip(after, drawn, strict=True) if steps and past < 0.01]
+    assert len(first) >= 28
+    assert all(0.001 < past < 0.005 for past in first)
+    assert np.diff([at for at, _ in drawn][4:]).max() < 1.05 / scene.render_hz
