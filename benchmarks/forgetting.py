@@ -103,7 +103,7 @@ def forgetting(scene: Scene, learner: str, count: int, repeats: int) -> Cost:
     for _ in range(repeats):
         now += 0.4
         stage.advance(now, 0.0)
-        why = stage.why()
+        why = stage.act.why()
         if why is None or why.moments is None:
             raise RuntimeError("The policy tells no reasons.")
         take, step = why.moments[0].tolist()

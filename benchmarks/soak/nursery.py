@@ -117,11 +117,11 @@ def _tell(**told: Any) -> None:
 
 
 def _serve(workspace: Workspace) -> None:
-    from evastudio.live import stage
+    from evastudio.live import act
     from evastudio.server import serve
     from evastudio.settings import Settings
 
-    stage.COUNTDOWN_S = COUNTDOWN_S
+    act.COUNTDOWN_S = COUNTDOWN_S
     settings = Settings(workspace, port=0, token=TOKEN, browser=False)
     serve(settings, lambda url: _tell(pid=os.getpid(), url=url.partition("/?")[0]))
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from evastudio.errors import ConflictError, InvalidInputError
+from evastudio.live.act import FEW
 from evastudio.live.run import Run
-from evastudio.live.stage import FEW
 from evastudio.pilots.why import Reasoner
 from evastudio.world.cast import sound
 from evastudio.world.rollout import Memory, Pilot

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 import math
 
+from evastudio.live.act import Act
 from evastudio.live.picture import Picture, Show
+from evastudio.live.review import Review
 from evastudio.live.run import Run
 from evastudio.live.sight import Sight
 from evastudio.live.sketch import Led, Trail
+from evastudio.live.status import Mode, Phase
 from evastudio.world.bodies import Line
-from evastudio.world.snapshot import Snapshot
+
+logger = logging.getLogger(__name__)
 
 BEHIND_S = 0.003
 """So long after a decision comes the frame that first shows what it led to: one at the very moment
@@ -20,18 +25,31 @@ class Canvas:
     """Frames for whoever looks, at the scene's render rate; while nobody does there are none."""
 
     def __init__(self, now: float) -> None:
-        self.on_frame: list[Show] = []
         self.sight = Sight()
         self._trail = Trail()
         self._led = Led()
         self._over: tuple[int, tuple[Line, ...]] | None = None
+        self._shows: list[Show] = []
         self._fresh = True
+        self._failed = False
         self._next = now
+
+    def watch(self, show: Show) -> None:
+        """Call `show` with every frame, from the present one on.
+
+        A frame that it cannot draw is dropped: nobody's take ends for it.
+        """
+        self._shows.append(show)
+        self.soon()
+
+    def unwatch(self, show: Show) -> None:
+        """Call `show` no more."""
+        self._shows.remove(show)
 
     @property
     def due(self) -> float:
         """When the next frame is; infinite while nobody looks."""
-        return self._next if self.on_frame else math.inf
+        return self._next if self._shows else math.inf
 
     def soon(self) -> None:
         """What is to be seen has changed."""
@@ -52,18 +70,35 @@ class Canvas:
         self._over = step, lines
         self.soon()
 
-    def draw(self, now: float, run: Run, snapshot: Snapshot, lines: tuple[Line, ...]) -> None:
-        """The frame that is due at `now`: `snapshot`, which is of `run` or between two of it."""
-        self._next += 1.0 / run.scene.render_hz
+    def draw(self, now: float, act: Act, look_back: Review | None, share: float) -> None:
+        """The frame that is due at `now`: of `act`, with `share` of its step behind it, or of what
+        is looked back at."""
+        self._next += 1.0 / act.run.scene.render_hz
         if self._next <= now:
-            self._next = now + 1.0 / run.scene.render_hz
-        camera = self.sight.draw(run.scene, snapshot)
-        picture = Picture(snapshot, self._fresh, camera, lines)
-        for show in self.on_frame:
-            show(picture)
+            self._next = now + 1.0 / act.run.scene.render_hz
+        scene, snapshot = act.run.scene, act.run.after
+        if act.running:
+            snapshot = scene.interpolate(act.run.before, act.run.after, share)
+        elif look_back is not None:
+            snapshot = look_back.picture
+        lines: tuple[Line, ...] = ()
+        if act.mode in (Mode.PLAY, Mode.CORRECT, Mode.REVIEW):
+            still = act.phase is Phase.PAUSED and act.mode is Mode.PLAY
+            lines = self._lines(act.run, reasons=still or look_back is not None)
+        picture = Picture(snapshot, self._fresh, self.sight.draw(scene, snapshot), lines)
+        for show in self._shows:
+            self._show(show, picture)
         self._fresh = False
 
-    def lines(self, run: Run, reasons: bool) -> tuple[Line, ...]:
+    def _show(self, show: Show, picture: Picture) -> None:
+        try:
+            show(picture)
+        except Exception:  # scenes say what to draw, and scenes are other people's code
+            if not self._failed:
+                logger.exception("A frame cannot be drawn")
+            self._failed = True
+
+    def _lines(self, run: Run, reasons: bool) -> tuple[Line, ...]:
         """The way it came; and what is drawn over the moment, or with `reasons` the ways that the
         decision there came from."""
         trail = self._trail.drawn(run)

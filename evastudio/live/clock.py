@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from evastudio.errors import InvalidInputError
 from evastudio.live.tally import Tally
 
+PACES = (0.25, 1.0)
+"""The slowest that a world's time goes, and the fastest, which is real time."""
 LATE_SHARE = 0.5
 """A step that begins more than this share of a step after its time is late."""
 STALL_S = 1.0
@@ -56,7 +59,12 @@ class Clock:
         self.due = now + self.dt_s / self.pace
 
     def keep_pace(self, pace: float, now: float) -> None:
-        """Let the world's time go `pace` times as fast from `now` on."""
+        """Let the world's time go `pace` times as fast from `now` on; what is recorded is in its
+        own time. Raises InvalidInputError outside of `PACES`."""
+        if not PACES[0] <= pace <= PACES[1]:
+            raise InvalidInputError(
+                f"The pace is {pace:g}; it must be from {PACES[0]:g} to {PACES[1]:g}."
+            )
         self.due = now + (self.due - now) * self.pace / pace
         self.pace = pace
 

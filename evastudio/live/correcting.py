@@ -48,12 +48,12 @@ class Correcting:
         self._live.refresh()
 
     def why(self) -> Why | None:
-        """See `Stage.why`."""
-        return self._live.pulse.call(self._stage.why)
+        """See `Act.why`."""
+        return self._live.pulse.call(lambda: self._stage.act.why())
 
     def silence(self, why: Why) -> str | None:
         """See `Reasoner.silence`."""
-        reasoner = self._stage.reasoner
+        reasoner = self._stage.present.actors.reasoner
         return None if reasoner is None else reasoner.silence(why)
 
     def forget(self, take: int, step: int) -> None:
@@ -63,7 +63,7 @@ class Correcting:
         Raises ConflictError where nothing plays that could forget, NotFoundError where it has not
         learned from that moment.
         """
-        reasoner = self._stage.reasoner
+        reasoner = self._stage.present.actors.reasoner
         if reasoner is None:
             raise ConflictError("Nothing plays that could forget. Press Play first.")
         pilot, pairs = reasoner.holder(take, step)

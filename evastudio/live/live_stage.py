@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError, StudioError
+from evastudio.errors import ConflictError
 from evastudio.live.approach import approach
 from evastudio.live.coach import Coach
 from evastudio.live.correcting import Correcting
@@ -24,35 +22,22 @@ from evastudio.live.headless import make_scene
 from evastudio.live.holding import Holding
 from evastudio.live.inputs import Feel
 from evastudio.live.looking_back import LookingBack
-from evastudio.live.picture import Picture, Show
+from evastudio.live.picture import Show
 from evastudio.live.piloting import load_pilot
 from evastudio.live.pulse import Pulse
 from evastudio.live.series import Arrangement, Series
 from evastudio.live.stage import Stage
-from evastudio.live.status import Mode, Phase, Status
+from evastudio.live.status import Mode, Phase
 from evastudio.live.tally import Tally
+from evastudio.live.teller import STATUS_S, Teller
 from evastudio.pilots.why import Reasoner
 from evastudio.workspace import Workspace
 from evastudio.world.rollout import Pilot
 from evastudio.world.scene import Scene, world_seeds
 from evastudio.world.snapshot import Snapshot
 
-logger = logging.getLogger(__name__)
-
 CLOSE_S = 1.5
 """So long a stage that closes waits for its store; what is not saved then waits in a file."""
-STATUS_S = 0.125
-"""While a stage moves its status is told this often, and at once when it changes phase; what others
-change, as a store that takes pairs again, is seen within this time."""
-
-
-@dataclass(frozen=True)
-class Totals:
-    """What the store holds of the stage's session."""
-
-    session: Mapping[str, Any] | None
-    takes_kept: int
-    pairs_kept: int
 
 
 class LiveStage:
@@ -63,23 +48,15 @@ class LiveStage:
     ) -> None:
         """`seed` decides every world to come; drawn from the system where it is None."""
         self.name = name
-        self.on_status: list[Callable[[dict[str, Any]], None]] = []
-        """Called on the stage's thread; must not wait."""
         self._workspace = workspace
         self._store = store
         self._seed = secrets.randbits(53) if seed is None else seed
         self._worlds = 0
-        self._totals = Totals(None, 0, 0)
         self._thinking = ThreadPoolExecutor(max_workers=1, thread_name_prefix=f"coach-{name}")
         self._stage = Stage(scene, self._next_seed(), time.monotonic(), self._thinking.submit)
-        self._told_at = 0.0
-        self._told: tuple[Any, ...] = ()
-        self._fault: str | None = None
-        self._undrawn = False
-        self._watching: dict[Show, Show] = {}
         self._holding = Holding()
-        self._asked = self._counted = 0
         self._series = Series()
+        self._teller = Teller(name, self._stage, store, self._series)
         self._begun: tuple[str | None, bool] = (None, False)
         """The others of the latest take, and whether its character was pushed."""
         self.pulse = Pulse(f"stage-{name}", self._beat, self._failed)
@@ -87,6 +64,11 @@ class LiveStage:
         self.looking_back = LookingBack(self, self._stage, workspace, store)
         self.correcting = Correcting(self, self._stage, workspace, store)
         self.pulse.start()
+
+    @property
+    def on_status(self) -> list[Callable[[dict[str, Any]], None]]:
+        """Called on the stage's thread with what `status` gives; must not wait."""
+        return self._teller.on_status
 
     @property
     def scene(self) -> Scene:
@@ -186,7 +168,7 @@ class LiveStage:
 
     def begin_again(self) -> None:
         """Somebody asks for something new: what went wrong before is told no more."""
-        self._fault = None
+        self._teller.fault = None
 
     def need_session(self) -> None:
         """Make a session where none was chosen."""
@@ -237,8 +219,8 @@ class LiveStage:
         seed = status.seed if same else None
         if status.policy is not None:
             self.play(status.policy, seed=seed)
-        elif same and self._stage.forked_from is not None:
-            self.looking_back.fork_from(*self._stage.forked_from, status.others)
+        elif same and self._stage.run.forked_from is not None:
+            self.looking_back.fork_from(*self._stage.run.forked_from, status.others)
         else:
             gone = status.mode is None
             others, pushes = self._begun if gone else (status.others, status.pushes)
@@ -323,53 +305,26 @@ class LiveStage:
     def watch(self, show: Show) -> None:
         """Call `show` on the stage's thread with what to draw, from now on until `unwatch`.
 
-        It returns once the present frame was drawn. A frame that cannot be drawn is dropped:
-        nobody's take ends for it. While nobody watches nothing is drawn.
+        It returns once the present frame was drawn. While nobody watches nothing is drawn.
         """
 
-        def drawn(picture: Picture) -> None:
-            try:
-                show(picture)
-            except Exception:  # scenes say what to draw, and scenes are other people's code
-                if not self._undrawn:
-                    logger.exception("Stage %s cannot be drawn", self.name)
-                self._undrawn = True
-
         def begin() -> None:
-            self._watching[show] = drawn
-            self._stage.watch(drawn)
+            self._stage.watch(show)
             self._advance()
 
         self.pulse.call(begin)
 
     def unwatch(self, show: Show) -> None:
         """Call `show` no more; does not wait."""
-        self.pulse.post(lambda: self._stage.on_frame.remove(self._watching.pop(show)))
+        self.pulse.post(lambda: self._stage.unwatch(show))
 
     def refresh(self) -> None:
         """Count the session anew once the recorder has written what it holds, then tell it."""
-        recorder = self._stage.recorder
-        if recorder is None:
-            self.pulse.post(self._tell)
-            return
-
-        def count() -> None:
-            try:
-                record = self._store.session(recorder.session)
-                self._totals = Totals(
-                    {"id": record.id, "name": record.name}, record.takes_kept, record.pairs
-                )
-            finally:  # who waits for the count waits no longer, whatever came of it
-                self._counted = max(self._counted, asked)
-            with contextlib.suppress(ConflictError):  # closed meanwhile: nobody to tell
-                self.pulse.post(self._tell)
-
-        self._asked = asked = self._asked + 1
-        recorder.settle(count)
+        self._teller.refresh(self.pulse)
 
     def status(self) -> dict[str, Any]:
         """The stage's `Status` and its session's totals, as JSON holds them."""
-        return self.pulse.call(lambda: self._describe(self._stage.status(time.monotonic())))
+        return self.pulse.call(self._teller.status)
 
     def close(self) -> bool:
         """End the running take, write it, and stop the thread.
@@ -389,19 +344,18 @@ class LiveStage:
     def _beat(self, called: bool) -> float:
         """Do what is due, and tell of it."""
         if called:  # a key may have come just before its decision: what it changes is told first
-            self._safely(self._tell_changes)
+            self._safely(self._teller.tell_changes)
         recording = self._stage.phase is Phase.RECORDING
         due = min(self._advance(), time.monotonic() + STATUS_S)
         if recording and self._stage.phase is Phase.ENDED:
             self.refresh()
         self._safely(self._go_on)
-        self._safely(self._tell_changes)
+        self._safely(self._teller.tell_changes)
         return due
 
     def _go_on(self) -> None:
         """Begin the next take where takes follow one another and it is due."""
-        kept = self._totals.takes_kept if self._counted >= self._asked else None
-        self._series.beat(self._stage.phase, kept, time.monotonic())
+        self._series.beat(self._stage.phase, self._teller.kept, time.monotonic())
 
     def _safely(self, work: Callable[[], None]) -> None:
         """Do `work`; a scene that fails while it is looked at does not end the thread either."""
@@ -420,57 +374,10 @@ class LiveStage:
 
     def _failed(self, error: Exception) -> None:
         """Keep the take, go back to ready, and tell why; once where it goes on failing."""
-        fault = (
-            f"The character stopped: {error}"
-            if isinstance(error, StudioError)
-            else "The scene or the character failed and was stopped; the log tells why."
-        )
-        if fault != self._fault:
-            logger.error("Stage %s stopped", self.name, exc_info=error)
-        self._fault = fault
+        self._teller.failed(error)
         self._series.halt()
         with contextlib.suppress(Exception):  # the scene may fail at its beginning too
             self._stage.stop(time.time())
-
-    def _tell_changes(self) -> None:
-        stage, now = self._stage, time.monotonic()
-        recorder = stage.recorder
-        key = (
-            stage.phase,
-            stage.mode,
-            stage.run.seed,
-            stage.camera,
-            stage.clock.pace,
-            stage.looked_at,
-            stage.rethought,
-            stage.pushed,
-            stage.decision,
-            stage.decision is not None and stage.clock.steps,
-            stage.coach.advice,
-            self._series.arrangement,
-            self._series.next_at,
-            self._totals,
-            self._fault,
-            recorder is not None and (recorder.problem, recorder.can_undo),
-        )
-        moving = stage.phase in (Phase.COUNTDOWN, Phase.RECORDING, Phase.PLAYING)
-        if key != self._told or (moving and now - self._told_at >= STATUS_S):
-            self._told = key
-            self._tell()
-
-    def _tell(self) -> None:
-        now = time.monotonic()
-        self._told_at = now
-        if not self.on_status:
-            return
-        message = self._describe(self._stage.status(now))
-        for listener in list(self.on_status):
-            listener(message)
-
-    def _describe(self, status: Status) -> dict[str, Any]:
-        series = self._series.told(time.monotonic())
-        told = {"stage": self.name, **asdict(status), **asdict(self._totals), **series}
-        return {**told, "problem": status.problem or self._fault}
 
     def actor(self, pilot: str, scene: Scene) -> Pilot:
         """A pilot by name that has decided once: a first decision may have to load compiled code,

@@ -41,7 +41,7 @@ class LookingBack:
         """Look back at a take, or at the run that is on the stage, from `at_s` on."""
         self._live.begin_again()
         stage = self._stage
-        reel, seed = (stage.present.reel, None) if take is None else self._reel(take)
+        reel, seed = (stage.present.run.reel, None) if take is None else self._reel(take)
         at = _steps(at_s, reel.scene)
         self._live.pulse.call(lambda: stage.review(reel, at, time.monotonic(), seed))
 

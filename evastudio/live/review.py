@@ -2,28 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from evastudio.errors import InvalidInputError
-from evastudio.live.actors import Actors
 from evastudio.live.reel import Reel
-from evastudio.live.run import Run
-from evastudio.live.status import Mode, Phase
 from evastudio.world.snapshot import Snapshot
 
 SPEEDS = (-8.0, 8.0)
 """How fast one looks back at a run, to its beginning and to its end."""
-
-
-@dataclass(frozen=True)
-class Left:
-    """What was on a stage when somebody began to look back, and is again when they leave."""
-
-    run: Run
-    actors: Actors
-    mode: Mode | None
-    phase: Phase
-    before_pause: Phase
 
 
 class Review:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from evastudio.demonstrations.records import RECORDED, Origin
+from evastudio.errors import ConflictError
 from evastudio.live.reel import Reel
 from evastudio.world.cast import LEAD, led_by, of_lead
 from evastudio.world.scene import Percept, Scene
@@ -44,6 +45,11 @@ class Run:
         return cls(scene, seed, reel, origin)
 
     @property
+    def forked_from(self) -> tuple[Snapshot, Origin] | None:
+        """Where it goes on from, None where it began in a world of its own."""
+        return None if self.origin is None else (self.reel.moment(0), self.origin)
+
+    @property
     def take_seed(self) -> int:
         """What a take of this run has for a seed."""
         return self.seed if self.origin is None else RECORDED
@@ -54,8 +60,11 @@ class Run:
         lead = self.after.moving.get(LEAD)
         return None if lead is None else int(lead[0])
 
-    def led_by(self, character: int) -> None:
-        """Let another of many characters lead from now on."""
+    def lead_another(self) -> None:
+        """Let the next of many characters lead. Raises ConflictError where there is one only."""
+        if not self.scene.characters:
+            raise ConflictError("There is one character only.")
+        character = ((self.lead or 0) + 1) % self.scene.characters[0]
         self.before = led_by(self.before, character)
         self.after = led_by(self.after, character)
         self._percept = None

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.records import RECORDED, Origin
-from evastudio.errors import ConflictError, InvalidInputError, not_found
-from evastudio.live.actors import Actors, begun
+from evastudio.errors import ConflictError, not_found
+from evastudio.live.act import Act
+from evastudio.live.actors import begun
 from evastudio.live.canvas import Canvas
 from evastudio.live.clock import Clock
 from evastudio.live.coach import Coach, at_once
@@ -16,24 +17,16 @@ from evastudio.live.inputs import Feel, HeldKeys
 from evastudio.live.picture import Show
 from evastudio.live.pushing import Pushes
 from evastudio.live.reel import Reel
-from evastudio.live.review import Left, Review
+from evastudio.live.review import Review
 from evastudio.live.run import Run
 from evastudio.live.sight import Pointer
+from evastudio.live.standing import status_of
 from evastudio.live.status import Mode, Phase, Status
-from evastudio.pilots.why import Reasoner, Why
+from evastudio.pilots.why import Reasoner
 from evastudio.world.bodies import Line
-from evastudio.world.cast import of_lead
 from evastudio.world.rollout import Memory, Pilot
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot
-from evastudio.world.spaces import Array
-
-COUNTDOWN_S = 3.0
-PACES = (0.25, 1.0)
-"""The slowest that a world's time goes, and the fastest, which is real time."""
-FEW = 1000
-"""Among so many characters what a pilot chose for the lead is told; among more it would cost a
-second look at all of them."""
 
 
 class Stage:
@@ -52,41 +45,49 @@ class Stage:
         think: Callable[[Callable[[], None]], object] = at_once,
     ) -> None:
         """`think` does what would hold the stage up, see `Coach`."""
-        self.scene = scene
         self.recorder: Recorder | None = None
-        self.phase = Phase.READY
-        self.mode: Mode | None = None
         self.clock = Clock(scene.dt_s, now)
         self.coach = Coach(scene.dt_s, think)
-        self._feel = Feel()
-        self.run = Run.new(scene, seed)
-        self._actors = Actors(scene)
-        self._canvas = Canvas(now)
-        self._chose: str | None = None
-        self._review: Review | None = None
-        self._left: Left | None = None
-        self._countdown_ends = now
-        self._before_pause = Phase.READY
-        self._paused_at = now
-        self.pushed = False
-        """Whether the character is forced off its way just now."""
+        self.look_back: Review | None = None
+        """Where one looks back at, None where one does not."""
         self.rethought = 0
         """How often what plays was changed."""
+        self._feel = Feel()
+        self._canvas = Canvas(now)
+        self._aside: Act | None = None
+        """What was on the stage when somebody began to look back, and is again when they leave."""
+        self.act = Act(Run.new(scene, seed), self._feel)
 
     @property
-    def on_frame(self) -> list[Show]:
-        """Who is shown what is drawn."""
-        return self._canvas.on_frame
+    def scene(self) -> Scene:
+        """Of what is on the stage."""
+        return self.act.run.scene
+
+    @property
+    def phase(self) -> Phase:
+        return self.act.phase
+
+    @property
+    def mode(self) -> Mode | None:
+        return self.act.mode
+
+    @property
+    def run(self) -> Run:
+        """What is on the stage, or looked back at."""
+        return self.act.run
 
     def watch(self, show: Show) -> None:
         """Call `show` with every frame, from the present one on."""
-        self._canvas.on_frame.append(show)
-        self._canvas.soon()
+        self._canvas.watch(show)
+
+    def unwatch(self, show: Show) -> None:
+        """Call `show` no more."""
+        self._canvas.unwatch(show)
 
     @property
     def keys(self) -> HeldKeys:
         """What the person holds."""
-        return self._actors.keys
+        return self.act.actors.keys
 
     # -- commands ------------------------------------------------------------------------------
 
@@ -117,9 +118,8 @@ class Stage:
         else:
             run = Run.fork(scene, seed, start, origin)
         self._enter(run)
-        self._actors.enter(others=others, memory=memory, pushes=pushes)
-        self.mode, self.phase = Mode.DEMONSTRATE, Phase.COUNTDOWN
-        self._countdown_ends = now + COUNTDOWN_S
+        self.act.actors.enter(others=others, memory=memory, pushes=pushes)
+        self.act.count_down(now)
 
     def play(
         self,
@@ -141,40 +141,28 @@ class Stage:
         self._enter(
             Run.new(scene, seed, self.run.lead or 0, pilot.name) if start is None else start[0]
         )
-        self._actors.enter(pilot, memory=memory, reasoner=reasoner)
-        self.mode, self.phase = Mode.PLAY, Phase.PLAYING
+        self.act.actors.enter(pilot, memory=memory, reasoner=reasoner)
+        self.act.mode, self.act.phase = Mode.PLAY, Phase.PLAYING
         self._start_clock(now)
         if start is not None:
             self.pause(now)
 
     def pause(self, now: float) -> None:
         """Hold still: during a countdown, a recording, playback or a look back."""
-        if self._review is not None:
-            self._review.roll(0.0, now)
-        if self.phase in (Phase.COUNTDOWN, Phase.RECORDING, Phase.PLAYING):
-            self._before_pause, self.phase, self._paused_at = self.phase, Phase.PAUSED, now
-            self.keys.center()
-            if self.recorder is not None:
-                self.recorder.flush()
+        if self.look_back is not None:
+            self.look_back.roll(0.0, now)
+        if self.act.pause(now) and self.recorder is not None:
+            self.recorder.flush()
 
     def resume(self, now: float) -> None:
         """Go on after a pause, without a jump."""
-        if self._review is not None:
-            self._review.roll(1.0, now)
-        if self.phase is Phase.PAUSED:
-            self.phase = self._before_pause
-            self._countdown_ends += now - self._paused_at
+        if self.look_back is not None:
+            self.look_back.roll(1.0, now)
+        if self.act.resume(now):
             self._start_clock(now)
 
     def keep_pace(self, pace: float, now: float) -> None:
-        """Let the world's time go `pace` times as fast; what is recorded is in its own time.
-
-        Raises InvalidInputError outside of `PACES`.
-        """
-        if not PACES[0] <= pace <= PACES[1]:
-            raise InvalidInputError(
-                f"The pace is {pace:g}; it must be from {PACES[0]:g} to {PACES[1]:g}."
-            )
+        """See `Clock.keep_pace`."""
         self.clock.keep_pace(pace, now)
 
     def suit(self, feel: Feel) -> None:
@@ -183,33 +171,64 @@ class Stage:
         self.keys.suit(feel)
 
     def take_over(self, now: float, wall: float) -> None:
-        """The person goes on from here instead of what plays, and every step is recorded.
-
-        What plays goes on acting for the others, where there are any. What was paused moves again.
-        """
-        if not self.plays:
+        """The person goes on from here instead of what plays, which still acts for the others, and
+        every step is recorded. What was paused moves again."""
+        if not self.act.plays:
             raise ConflictError("Nothing plays that you could take over from. Press Play first.")
         if self.recorder is None:
             raise ConflictError("There is no session to record into. Choose or make one first.")
         self.resume(now)
-        self._actors.take_over()
-        self.mode, self.phase = Mode.CORRECT, Phase.RECORDING
+        self.act.actors.take_over()
+        self.act.mode, self.act.phase = Mode.CORRECT, Phase.RECORDING
         origin = self.run.reel.origin_at(self.run.steps)
         self.recorder.begin(self.scene, self.run.after, RECORDED, "person", wall, origin)
 
     def touch(self, now: float, wall: float) -> None:
         """A person touches a control: what plays gives way, where it can be recorded."""
-        if self.plays and self.recorder is not None:
+        if self.act.plays and self.recorder is not None:
             self.take_over(now, wall)
 
     def hand_back(self, wall: float) -> None:
         """What played before goes on from here; the correction is a take of its own."""
-        if self.mode is not Mode.CORRECT or self._actors.gave_way is None:
+        actors = self.act.actors
+        if self.mode is not Mode.CORRECT or actors.gave_way is None:
             raise ConflictError("You have not taken over from anything.")
         self.end_take(wall)
-        self.keys.center()
-        self._actors.hand_back()
-        self.mode, self.phase = Mode.PLAY, Phase.PLAYING
+        actors.keys.center()
+        actors.hand_back()
+        self.act.mode, self.act.phase = Mode.PLAY, Phase.PLAYING
+
+    def discard(self, wall: float) -> bool:
+        """Throw away the running take, or the last one; whether there was one.
+
+        In a countdown there is no take yet: it is only broken off.
+        """
+        if self.look_back is not None:
+            self.leave()
+        if self.act.meant is Phase.COUNTDOWN:
+            self._rest()
+            return False
+        thrown = self.recorder is not None and self.recorder.discard(wall)
+        if self.mode is Mode.DEMONSTRATE:
+            self._rest()
+        elif self.mode is Mode.CORRECT and self.phase is not Phase.ENDED:
+            self.act.phase = Phase.RECORDING
+            self.hand_back(wall)
+        return thrown
+
+    def undo(self) -> bool:
+        """Bring the take back that was thrown away last; whether there was one."""
+        return self.recorder is not None and self.recorder.undo()
+
+    def stop(self, wall: float) -> None:
+        """Back to ready. A running take is kept as it is."""
+        self.end_take(wall)
+        self._rest()
+
+    def end_take(self, wall: float) -> None:
+        """End the running take, if any, as one that was broken off."""
+        if self.recorder is not None:
+            self.recorder.end(None, wall)
 
     # -- looking back --------------------------------------------------------------------------
 
@@ -219,10 +238,10 @@ class Stage:
         What is on the stage is paused, a running take too; `leave` goes back to it.
         """
         self.pause(now)
-        left = self._left or Left(self.run, self._actors, self.mode, self.phase, self._before_pause)
+        aside = self._aside or self.act
         self._enter(Run(reel.scene, self.run.seed if seed is None else seed, reel))
-        self._review, self._left = Review(reel, at, now), left
-        self.mode, self.phase = Mode.REVIEW, Phase.REVIEWING
+        self.look_back, self._aside = Review(reel, at, now), aside
+        self.act.mode, self.act.phase = Mode.REVIEW, Phase.REVIEWING
         self._look()
 
     def seek(self, at: float, now: float) -> None:
@@ -240,12 +259,10 @@ class Stage:
         Raises ConflictError in no look back.
         """
         self._looking_back()
-        left = self._left
-        assert left is not None
-        self._enter(left.run)
-        self._actors = left.actors
+        assert self._aside is not None
+        self.act, self.look_back, self._aside = self._aside, None, None
         self.keys.suit(self._feel)
-        self.mode, self.phase, self._before_pause = left.mode, left.phase, left.before_pause
+        self._canvas.clear()
         self._canvas.soon()
 
     def sketch(self, lines: tuple[Line, ...]) -> None:
@@ -253,44 +270,29 @@ class Stage:
         self._canvas.sketch(self.run.steps, lines)
 
     @property
-    def present(self) -> Run:
-        """The run that is on the stage, also while one looks back at another."""
-        return self.run if self._left is None else self._left.run
+    def present(self) -> Act:
+        """What is on the stage, also while one looks back at another run."""
+        return self._aside or self.act
 
     def here(self) -> tuple[Snapshot, Origin]:
         """The moment that one looks at, or the present one, and where it is from."""
         return self.run.after, self.run.reel.origin_at(self.run.steps)
 
-    @property
-    def reasoner(self) -> Reasoner | None:
-        """Of what plays, or gave way to a person, or was left for a look back."""
-        return (self._actors if self._left is None else self._left.actors).reasoner
-
-    def why(self) -> Why | None:
-        """What the decision that one looks at came from, or the latest one."""
-        return self.run.reel.why(min(self.run.steps, self.run.reel.last - 1))
-
     def rethink(self) -> None:
         """What plays has changed: tell of the decision that one looks at, or of the latest, what it
         would come from now."""
-        run = self.run if self.run.reel is self.present.reel else self.present
-        actors = self._actors if self._left is None else self._left.actors
+        present = self.present
+        run = self.run if self.run.reel is present.run.reel else present.run
         step = min(run.steps, run.reel.last - 1)
         if run.reel.why(step) is not None:
-            run.reel.note(actors.why(run.reel.moment(step)), step)
+            run.reel.note(present.actors.why(run.reel.moment(step)), step)
         self.rethought += 1
         self._canvas.soon()
 
-    @property
-    def plays(self) -> bool:
-        """Whether somebody else than a person acts, or would if it were not paused."""
-        moving = self._before_pause if self.phase is Phase.PAUSED else self.phase
-        return moving is Phase.PLAYING and self._actors.pilot is not None
-
     def _looking_back(self) -> Review:
-        if self._review is None:
+        if self.look_back is None:
             raise ConflictError("There is nothing that is looked back at. Choose a take first.")
-        return self._review
+        return self.look_back
 
     def _look(self) -> None:
         self.run.look(self._looking_back().step)
@@ -309,12 +311,12 @@ class Stage:
         known = {signal.name: signal for signal in self.scene.signals}
         if name not in known:
             raise not_found("signal", name, known, f"of scene {self.scene.name!r}")
-        if not self._running:
+        if not self.act.running:
             raise ConflictError("Nothing moves at the moment. Demonstrate or play first.")
         found, place = known[name], None
         if found.place is not None:
             place = self._canvas.sight.pointed_at(pointer, self.scene, self.run.after)
-        self._actors.give(found, place)
+        self.act.actors.give(found, place)
 
     def look_through(self, camera: str | None = None) -> None:
         """See the world from that camera from now on, or from the one after the present one.
@@ -329,110 +331,39 @@ class Stage:
 
         Raises ConflictError during a take, which is about one of them, or where there is one only.
         """
-        if not self.scene.characters:
-            raise ConflictError("There is one character only.")
-        if self._recording:
+        if self.act.meant is Phase.RECORDING:
             raise ConflictError("A take is about one character. Stop it, then choose another.")
-        self.run.led_by(((self.run.lead or 0) + 1) % self.scene.characters[0])
+        self.run.lead_another()
         self._canvas.soon()
-
-    def discard(self, wall: float) -> bool:
-        """Throw away the running take, or the last one; whether there was one.
-
-        In a countdown there is no take yet: it is only broken off.
-        """
-        if self._review is not None:
-            self.leave()
-        if self._counting_down:
-            self._rest()
-            return False
-        thrown = self.recorder is not None and self.recorder.discard(wall)
-        if self.mode is Mode.DEMONSTRATE:
-            self._rest()
-        elif self.mode is Mode.CORRECT and self.phase is not Phase.ENDED:
-            self.phase = Phase.RECORDING
-            self.hand_back(wall)
-        return thrown
-
-    def undo(self) -> bool:
-        """Bring the take back that was thrown away last; whether there was one."""
-        return self.recorder is not None and self.recorder.undo()
-
-    def stop(self, wall: float) -> None:
-        """Back to ready. A running take is kept as it is."""
-        self.end_take(wall)
-        self._rest()
-
-    def end_take(self, wall: float) -> None:
-        """End the running take, if any, as one that was broken off."""
-        if self.recorder is not None:
-            self.recorder.end(None, wall)
 
     # -- time ----------------------------------------------------------------------------------
 
     def advance(self, now: float, wall: float) -> float:
         """Do what is due at `now`; the time at which to call again, infinite where nothing is."""
-        if self.phase is Phase.COUNTDOWN and now >= self._countdown_ends:
+        act = self.act
+        if act.phase is Phase.COUNTDOWN and now >= act.countdown_ends:
             self._begin_take(wall)
-            self.phase = Phase.RECORDING
-            self._start_clock(self._countdown_ends)
-        if self._review is not None and self._review.speed:
-            self._review.advance(now)
+            act.phase = Phase.RECORDING
+            self._start_clock(act.countdown_ends)
+        if self.look_back is not None and self.look_back.speed:
+            self.look_back.advance(now)
             self._look()
-        if self._running:
+        if act.running:
             for _ in self.clock.due_steps(now):
                 self._canvas.decided(self.clock.due)
-                self._step(wall)
-                if not self._running:
+                act.step(self.clock.interval, self.recorder, self.coach, wall)
+                if not act.running:
                     break
         if now >= self._canvas.due:
-            self._draw(now)
+            self._canvas.draw(now, act, self.look_back, self.clock.share(now))
         return min(
             self._canvas.due,
-            self.clock.due if self._running else math.inf,
-            self._countdown_ends if self.phase is Phase.COUNTDOWN else math.inf,
+            self.clock.due if act.running else math.inf,
+            act.countdown_ends if act.phase is Phase.COUNTDOWN else math.inf,
         )
 
     def status(self, now: float) -> Status:
-        counting, review = self.phase is Phase.COUNTDOWN, self._review
-        run, outcome, why = self.run, self.run.outcome, self.why()
-        return Status(
-            phase=self.phase,
-            mode=self.mode,
-            countdown_s=max(0.0, self._countdown_ends - now) if counting else 0.0,
-            pairs=self.recorder.pairs if self.recorder is not None else 0,
-            seconds=run.steps * self.scene.dt_s,
-            progress=float(self.scene.progress(run.after)[0]),
-            outcome=outcome,
-            success=None if outcome is None else outcome in self.scene.successes,
-            can_undo=self.recorder is not None and self.recorder.can_undo,
-            late_steps=self.clock.late_steps,
-            steps=self.clock.steps,
-            pace=self.clock.pace,
-            position_s=None if review is None else review.seconds,
-            length_s=run.reel.last * self.scene.dt_s,
-            speed=0.0 if review is None else review.speed,
-            take=None if review is None else run.reel.origin.take,
-            drift_s=self.clock.drift_s,
-            policy=self._actors.playing,
-            others=None if self._actors.others is None else self._actors.others.name,
-            familiarity=None if why is None else why.familiarity,
-            silent=self._silent(why),
-            forgotten=self.rethought,
-            by_hand=run.reel.steered(min(run.steps, run.reel.last - 1)),
-            pushed=self.pushed,
-            pushes=self.pushes,
-            decision=self.decision,
-            decides_s=None if self.decision is None else max(0.0, self.clock.due - now),
-            lead=run.lead,
-            camera=self.camera,
-            cameras=self._canvas.sight.names(self.scene, run.after),
-            seed=run.seed,
-            forked=run.origin is not None,
-            options=dict(self.scene.values),
-            coach=self.coach.advice,
-            problem=None if self.recorder is None else self.recorder.problem,
-        )
+        return status_of(self, now)
 
     @property
     def snapshot(self) -> Snapshot:
@@ -440,61 +371,22 @@ class Stage:
         return self.run.after
 
     @property
-    def looked_at(self) -> tuple[int | None, float, float] | None:
-        """Take, position and speed of the look back, None where there is none."""
-        review, take = self._review, self.run.reel.origin.take
-        return None if review is None else (take, review.position, review.speed)
-
-    @property
-    def forked_from(self) -> tuple[Snapshot, Origin] | None:
-        """Where the present run goes on from, None where it began in a world of its own."""
-        run = self.run
-        return None if run.origin is None else (run.reel.moment(0), run.origin)
-
-    @property
-    def pushes(self) -> bool:
-        """Whether the character is forced off its way now and then."""
-        return self._actors.pushes is not None
-
-    @property
     def camera(self) -> str:
         """Name of the scene's camera that it is seen from."""
         return self._canvas.sight.name(self.scene, self.run.after)
 
     @property
-    def decision(self) -> str | None:
-        """See `Status.decision`."""
-        if self.phase is Phase.PLAYING:
-            return self._chose
-        if self.phase is not Phase.RECORDING or not self.run.decides_symbols:
-            return None
-        return self.run.symbol(self.keys.foresee(*self.clock.interval))
+    def cameras(self) -> tuple[str, ...]:
+        """Where it can be seen from, by name."""
+        return self._canvas.sight.names(self.scene, self.run.after)
 
     # -- inside --------------------------------------------------------------------------------
 
-    @property
-    def _counting_down(self) -> bool:
-        paused = self.phase is Phase.PAUSED and self._before_pause is Phase.COUNTDOWN
-        return paused or self.phase is Phase.COUNTDOWN
-
-    @property
-    def _running(self) -> bool:
-        return self.phase in (Phase.RECORDING, Phase.PLAYING)
-
-    @property
-    def _recording(self) -> bool:
-        paused = self.phase is Phase.PAUSED and self._before_pause is Phase.RECORDING
-        return paused or self.phase is Phase.RECORDING
-
     def _enter(self, run: Run) -> None:
-        self.run, self.scene, self._review, self._left = run, run.scene, None, None
-        self._actors = Actors(run.scene, self._feel)
+        self.act, self.look_back, self._aside = Act(run, self._feel), None, None
         self._canvas.clear()
-        self._chose = None
-        self.pushed = False
 
     def _rest(self) -> None:
-        self.phase, self.mode = Phase.READY, None
         self._enter(Run.new(self.scene, self.run.seed, self.run.lead or 0))
 
     def _start_clock(self, now: float) -> None:
@@ -506,59 +398,3 @@ class Stage:
             run = self.run
             self.recorder.begin(run.scene, run.after, run.take_seed, "person", wall, run.origin)
             run.reel.key = self.recorder.running_key
-
-    def _step(self, wall: float) -> None:
-        run = self.run
-        told = self.phase is Phase.PLAYING and math.prod(self.scene.characters) <= FEW
-        if told:
-            run.reel.note(self._actors.why(run.after))
-        if self.mode is Mode.CORRECT:
-            run.reel.note_steered()
-        forced = self._forced(wall)
-        actions = self._actors.decide(run.after, self.clock.interval, forced)
-        if self.phase is Phase.RECORDING and self.recorder is not None and forced is None:
-            self.recorder.add(run.states(), actions, run.after)
-            self.coach.see(run, actions)
-        if told:
-            self._chose = run.symbol(of_lead(run.after, actions))
-        run.step(actions)
-        if run.outcome is not None:
-            if self.recorder is not None:
-                self.recorder.end(run.outcome, wall)
-            self.phase = Phase.ENDED
-            self.keys.center()
-
-    def _forced(self, wall: float) -> Array | None:
-        """What the next decision is forced to be, in no take; None where a person decides."""
-        if self.mode is not Mode.DEMONSTRATE or self.recorder is None:
-            return None
-        run, action = self.run, self._actors.forced(self.run.after)
-        if action is not None and not self.pushed:
-            self.recorder.end(None, wall)
-            run.reel.key = None
-        elif action is None and self.pushed:
-            origin = run.reel.origin_at(run.steps)
-            self.recorder.begin(run.scene, run.after, RECORDED, "person", wall, origin)
-        self.pushed = action is not None
-        return action
-
-    def _draw(self, now: float) -> None:
-        run = self.run
-        snapshot = run.after
-        if self._running:
-            snapshot = self.scene.interpolate(run.before, run.after, self.clock.share(now))
-        elif self._review is not None:
-            snapshot = self._review.picture
-        lines: tuple[Line, ...] = ()
-        if self._review is not None or self.mode in (Mode.PLAY, Mode.CORRECT):
-            still = self.phase is Phase.PAUSED and self.mode is Mode.PLAY
-            lines = self._canvas.lines(run, reasons=still or self._review is not None)
-        self._canvas.draw(now, run, snapshot, lines)
-
-    def _silent(self, why: Why | None) -> str | None:
-        actors, run = self._actors, self.run
-        if self.mode is not Mode.PLAY or actors.reasoner is None or not run.steps:
-            return None
-        if math.prod(self.scene.characters) > FEW:
-            return "There are too many characters to look at why one of them does what it does."
-        return actors.reasoner.silence(why)

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from evastudio.live.act import COUNTDOWN_S
 from evastudio.live.coach import Coach, Moment, judged
 from evastudio.live.run import Run
-from evastudio.live.stage import COUNTDOWN_S, Stage
+from evastudio.live.stage import Stage
 from evastudio.live.status import Advice
 from evastudio.pilots.scripted import ScriptedPilot, find_pilot
 from evastudio.pilots.straight import StraightPilot

@@ -10,8 +10,9 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
+from evastudio.live.act import COUNTDOWN_S
 from evastudio.live.aim import ground_at
-from evastudio.live.stage import COUNTDOWN_S, Stage
+from evastudio.live.stage import Stage
 from evastudio.live.status import Phase
 from evastudio.pilots.scripted import find_pilot
 from evastudio.workspace import shipped

@@ -53,7 +53,7 @@ def test_a_failure_that_was_found_happens_again_unless_somebody_steers(
     stage.keys.hold(["KeyA"], stage.clock.world_time(5.0))
     now = run(stage, 5.0, 2.0)
     stage.hand_back(0.0)
-    assert stage.plays
+    assert stage.act.plays
     run(stage, now, 2.0)
     assert stage.run.steps > end
     assert stage.recorder is not None

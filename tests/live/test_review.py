@@ -11,8 +11,9 @@ from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError
 from evastudio.live import reel as reels
+from evastudio.live.act import COUNTDOWN_S
 from evastudio.live.reel import Reel
-from evastudio.live.stage import COUNTDOWN_S, Stage
+from evastudio.live.stage import Stage
 from evastudio.live.status import Mode, Phase
 from evastudio.pilots.scripted import find_pilot
 from evastudio.pilots.straight import StraightPilot
@@ -157,10 +158,10 @@ def test_leaving_a_look_back_goes_on_with_the_take_that_was_left(
     stage.keys.hold(["KeyA"], 1.0)
     now = run(stage, 0.0, COUNTDOWN_S + 1.0)
     steps, stood = stage.run.steps, stage.snapshot
-    stage.review(stage.present.reel, 3.0, now)
+    stage.review(stage.present.run.reel, 3.0, now)
     stage.seek(7.0, now)
     assert (stage.phase, stage.here()[1].step) == (Phase.REVIEWING, 7)
-    stage.review(stage.present.reel, 0.0, now)
+    stage.review(stage.present.run.reel, 0.0, now)
     stage.leave()
     assert (stage.phase, stage.mode, stage.run.steps) == (Phase.PAUSED, Mode.DEMONSTRATE, steps)
     assert stage.snapshot is stood
@@ -177,7 +178,7 @@ def test_leaving_a_look_back_goes_on_with_the_take_that_was_left(
 def test_a_take_thrown_away_while_looking_back_is_left_first(stage: Stage, scene: Scene) -> None:
     stage.demonstrate(scene, 5, 0.0, 0.0)
     now = run(stage, 0.0, COUNTDOWN_S + 1.0)
-    stage.review(stage.present.reel, 3.0, now)
+    stage.review(stage.present.run.reel, 3.0, now)
     assert stage.discard(0.0)
     assert stage.phase is Phase.READY
 
@@ -185,7 +186,7 @@ def test_a_take_thrown_away_while_looking_back_is_left_first(stage: Stage, scene
 def test_leaving_goes_back_to_the_end_of_what_played(stage: Stage, scene: Scene) -> None:
     stage.play(scene, StraightPilot(), 9, 0.0, 0.0)
     now = run(stage, 0.0, 1.02)
-    stage.review(stage.present.reel, 0.0, now)
+    stage.review(stage.present.run.reel, 0.0, now)
     stage.leave()
     assert (stage.phase, stage.mode) == (Phase.PAUSED, Mode.PLAY)
     stage.resume(now)

@@ -9,8 +9,9 @@ import pytest
 
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError
+from evastudio.live.act import COUNTDOWN_S
 from evastudio.live.picture import Picture
-from evastudio.live.stage import COUNTDOWN_S, Stage
+from evastudio.live.stage import Stage
 from evastudio.live.status import Phase
 from evastudio.pilots.straight import StraightPilot
 from evastudio.world.scene import Scene

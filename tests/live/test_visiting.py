@@ -8,9 +8,10 @@ from evastudio.demonstrations.records import RECORDED
 from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
 from evastudio.live import headless
+from evastudio.live.act import COUNTDOWN_S
 from evastudio.live.live_stage import LiveStage
 from evastudio.live.pushing import Push, Pushes
-from evastudio.live.stage import COUNTDOWN_S, Stage
+from evastudio.live.stage import Stage
 from evastudio.live.stages import Stages
 from evastudio.live.visiting import find_places
 from evastudio.workspace import Workspace
@@ -55,7 +56,7 @@ def test_what_is_forced_is_in_no_take_and_one_goes_on_behind_it(
     run(stage, 0.0, COUNTDOWN_S)
     for _ in range(25 * 15):
         now = run(stage, now, scene.dt_s)
-        if stage.pushed:
+        if stage.act.pushed:
             pushed.append(stage.run.steps - 1)
     stage.stop(0.0)
     assert stage.recorder is not None
