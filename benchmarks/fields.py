@@ -6,11 +6,9 @@ python -m benchmarks.fields --quick    # a few, to see that it runs
 
 from __future__ import annotations
 
-import argparse
 import statistics
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -19,7 +17,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 import evastudio  # noqa: F401 - registers the scenes
-from benchmarks.report import ROOT, commit, where_and_when, write_section
+from benchmarks.report import Part, commit, where_and_when
 from evastudio.evaluation.evaluate import evaluate
 from evastudio.evaluation.flight import Logbook
 from evastudio.learning.compiled import ensure_compiled
@@ -161,22 +159,7 @@ def section(quick: bool) -> str:
     )
 
 
-def write(docs: Path, quick: bool) -> None:
-    """Measure, and put the section into `docs`."""
-    text = section(quick)
-    print(text, flush=True)
-    write_section(docs / "performance.md", "fields", text)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="a few fields, into no document")
-    options = parser.parse_args()
-    if options.quick:
-        print(section(quick=True))
-    else:
-        write(ROOT / "docs", quick=False)
-
+PART = Part("fields", section)
 
 if __name__ == "__main__":
-    main()
+    PART.main(__doc__)

@@ -6,7 +6,6 @@ python -m benchmarks.forgetting --quick    # fewer, to see that it runs
 
 from __future__ import annotations
 
-import argparse
 import copy
 import statistics
 import tempfile
@@ -14,12 +13,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.fields import DENSITY, demonstrated
-from benchmarks.report import ROOT, commit, where_and_when, write_section
+from benchmarks.report import Part, commit, where_and_when
 from evastudio.demonstrations.by_hand import mark_by_hand
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.demonstrations.store import Store
@@ -194,22 +192,7 @@ def section(quick: bool) -> str:
     )
 
 
-def write(docs: Path, quick: bool) -> None:
-    """Measure, and put the section into `docs`."""
-    text = section(quick)
-    print(text, flush=True)
-    write_section(docs / "performance.md", "forgetting", text)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="small sets, once")
-    options = parser.parse_args()
-    if options.quick:
-        print(section(quick=True))
-    else:
-        write(ROOT / "docs", quick=False)
-
+PART = Part("forgetting", section)
 
 if __name__ == "__main__":
-    main()
+    PART.main(__doc__)

@@ -175,8 +175,8 @@ def main() -> None:
         PROFILE,
     ]
     write_section(docs / "performance.md", "learning", "\n".join(lines))
-    fields.write(docs, quick)
-    forgetting.write(docs, quick)
+    for part in (fields.PART, forgetting.PART):
+        part.write(docs, quick)
     print((docs / "performance.md").read_text(encoding="utf-8"))
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import platform
 import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -49,3 +52,27 @@ def where_and_when(at: str, command: str, seconds: float) -> str:
         f"- {processor()}, {os.cpu_count()} cores, Python {platform.python_version()}; "
         f"{datetime.now(UTC):%Y-%m-%d}, commit {at}; `{command}`; {seconds / 60:.0f} minutes."
     )
+
+
+@dataclass(frozen=True)
+class Part:
+    """A section of docs/performance.md that can be measured by itself."""
+
+    name: str
+    section: Callable[[bool], str]
+    """What was measured, in Markdown; of little where it is asked to be quick."""
+
+    def write(self, docs: Path, quick: bool) -> None:
+        """Measure, and put the section into `docs`."""
+        text = self.section(quick)
+        print(text, flush=True)
+        write_section(docs / "performance.md", self.name, text)
+
+    def main(self, purpose: str) -> None:
+        """The command line of it alone."""
+        parser = argparse.ArgumentParser(description=purpose.splitlines()[0])
+        parser.add_argument("--quick", action="store_true", help="of little, into no document")
+        if parser.parse_args().quick:
+            print(self.section(True))
+        else:
+            self.write(ROOT / "docs", quick=False)
