@@ -11,7 +11,6 @@ from __future__ import annotations
 import asyncio
 import os
 import random
-import shutil
 import tempfile
 import time
 from collections.abc import Sequence
@@ -19,25 +18,21 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from playwright.async_api import Page, ViewportSize, async_playwright
 
-from benchmarks.report import ROOT, commit, where_and_when, write_section
+from benchmarks.soak.chromium import blank_page, open_sparse, phase
 from benchmarks.soak.load import replay_all
 from benchmarks.soak.observed import observed
+from benchmarks.soak.section import Section
 from evastudio.demonstrations.store import Store
 from evastudio.workspace import Workspace
 
 SECONDS = 300.0
-FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 SIDES = (("a", "w", "ArrowLeft", "ArrowUp"), ("d", "s", "ArrowRight", "ArrowDown"))
 """The keys of each animator, who has no others: to the left and up, and to the right and down."""
 SIGNS = (1.0, -1.0)
 """Of every turn in the store that comes of those keys."""
 LONGEST_S = 0.4
 """A key is held so long at most, and let alone so long."""
-WAIT_MS = 60_000
-VIEWPORT: ViewportSize = {"width": 480, "height": 320}
-"""Drawn by the processor, twice."""
 
 
 @dataclass
@@ -68,16 +63,9 @@ async def animate(
     """Demonstrate at a browser of one's own, take after take, until the time is up."""
     found = Animator()
     rng = random.Random(seed)
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), args=list(FLAGS), headless=True
-        )
-        page = await browser.new_page(viewport=VIEWPORT)
-        page.set_default_timeout(WAIT_MS)
+    async with blank_page() as page:
         page.on("pageerror", lambda error: found.thrown.append(str(error)))
-        await page.goto(url)
-        await phase(page, "ready")
-        await page.locator("#option-density").fill("0.1")
+        await open_sparse(page, url)
         await ready.wait()  # both have opened a stage, and there is no session yet
         await page.locator("#demonstrate").click()
         until = time.monotonic() + seconds
@@ -95,13 +83,7 @@ async def animate(
         await phase(page, "ready")
         found.session = int(await page.locator("#session").input_value())
         found.thrown += await page.locator("#notice .error").all_inner_texts()
-        await browser.close()
     return found
-
-
-async def phase(page: Page, wanted: str) -> None:
-    """Wait until the stage is in that phase."""
-    await page.wait_for_selector(f"#phase[data-phase={wanted}]", state="attached")
 
 
 def together(url: str, seconds: float, seed: int) -> list[Animator]:
@@ -135,24 +117,22 @@ def kept(workspace: Workspace, animators: Sequence[Animator]) -> list[Found]:
 
 def run(quick: bool, seed: int) -> bool:
     """Whether no key crossed, every take replays, and nothing went wrong in a page."""
-    begun = time.monotonic()
-    at = commit("evastudio", "scenes", "web", "benchmarks/soak")
+    section = Section("animators", "scenes", "web")
     seconds = 20.0 if quick else SECONDS
     with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as studio:
         before = studio.sample()
-        animators = together(f"{studio.base}/?token={studio.token}", seconds, seed)
+        animators = together(studio.front_door, seconds, seed)
         after = studio.sample()
+        steps, late = after.steps - before.steps, after.late_since(before)
         found = kept(studio.workspace, animators)
         sessions = [animator.session for animator in animators]
         replayed, differing = replay_all(studio, sessions)
-    steps = after.steps - before.steps
-    late = (after.late_steps - before.late_steps) / max(steps, 1.0)
     rows = [
         f"| {' '.join(keys)} | {animator.presses} | {one.takes}, {one.pairs} | {one.turned} | "
         f"{one.crossed} |"
         for keys, animator, one in zip(SIDES, animators, found, strict=True)
     ]
-    text = "\n".join(
+    section.write(
         [
             f"## Two animators at once for {seconds / 60:.1f} minutes",
             "",
@@ -169,17 +149,11 @@ def run(quick: bool, seed: int) -> bool:
             f"{steps:.0f} decisions, {late:.1%} of them over half a step late while both browsers "
             "draw on the processor's same cores. Load of the machine in the last minute: "
             f"{os.getloadavg()[0]:.1f}.",
-            "",
-            where_and_when(
-                at, "python -m benchmarks.soak --only animators", time.monotonic() - begun
-            ),
-        ]
+        ],
+        quick,
     )
-    print(text)
     thrown = [line for animator in animators for line in animator.thrown]
     for line in thrown[:5]:
         print("in a page:", line)
-    if not quick:
-        write_section(ROOT / "docs" / "reliability.md", "animators", text)
     crossed = sum(one.crossed for one in found)
     return crossed == differing == 0 and not thrown and min(one.turned for one in found) > 0

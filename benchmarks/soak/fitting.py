@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from benchmarks.report import ROOT, commit, where_and_when, write_section
-from benchmarks.soak.observed import CORES, Observed, Sample, observed
+from benchmarks.soak.observed import CORES, Observed, observed
 from benchmarks.soak.pages import Stage, drive, told
+from benchmarks.soak.section import Section
 from evastudio.live import headless
 
 SECONDS = 120.0
@@ -57,8 +57,7 @@ class Kept:
 
 def run(quick: bool, seed: int) -> bool:
     """Whether under one in a hundred decisions was late, and no pair was lost."""
-    begun = time.monotonic()
-    at = commit("evastudio", "scenes", "benchmarks/soak")
+    section = Section("fitting", "scenes")
     seconds, minutes = (20.0, 2.0) if quick else (SECONDS, MINUTES)
     with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as studio:
         made = headless.record(
@@ -69,7 +68,7 @@ def run(quick: bool, seed: int) -> bool:
         with fitting(studio, int(made["session"])) as fitted:
             beside = flown(studio, session, stage, seconds, seed + 1)
         load = os.getloadavg()[0]
-    text = "\n".join(
+    section.write(
         [
             f"## One stage while jobs fit, for {seconds / 60:.0f} minutes",
             "",
@@ -92,17 +91,11 @@ def run(quick: bool, seed: int) -> bool:
             "",
             f"{fitted.jobs} jobs ended in {fitted.seconds:.0f} s. Load of the machine in the last "
             f"minute: {load:.1f}.",
-            "",
-            where_and_when(
-                at, "python -m benchmarks.soak --only fitting", time.monotonic() - begun
-            ),
-        ]
+        ],
+        quick,
     )
-    print(text)
     for line in fitted.errors[:5]:
         print("a job failed:", line)
-    if not quick:
-        write_section(ROOT / "docs" / "reliability.md", "fitting", text)
     return beside.late < MOST_LATE and alone.lost == beside.lost == 0 and not fitted.errors
 
 
@@ -112,25 +105,15 @@ def flown(studio: Observed, session: int, stage: Stage, seconds: float, seed: in
     before, began = studio.sample(), time.monotonic()
     (page,) = told(drive(studio.token, [stage], seconds, seed))
     after, wall_s = studio.sample(), time.monotonic() - began
-    steps = max(after.steps - before.steps, 1.0)
-
-    def cores(of: str) -> float:
-        return float(getattr(after, of) - getattr(before, of)) / wall_s
-
+    cores = (after.cpu_s - before.cpu_s) / wall_s
     return Kept(
-        steps,
-        share(before, after, "late_steps"),
-        share(before, after, "late_200ms"),
+        after.steps - before.steps,
+        after.late_since(before),
+        after.very_late_since(before),
         sum(page.takes) - (sum(studio.kept(session)) - held),
-        cores("cpu_s"),
-        cores("all_cpu_s") - cores("cpu_s"),
+        cores,
+        (after.all_cpu_s - before.all_cpu_s) / wall_s - cores,
     )
-
-
-def share(before: Sample, after: Sample, of: str) -> float:
-    """Of the decisions between two samples."""
-    steps = max(after.steps - before.steps, 1.0)
-    return float(getattr(after, of) - getattr(before, of)) / steps
 
 
 @contextmanager

@@ -12,9 +12,9 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.report import ROOT, commit, where_and_when, write_section
 from benchmarks.soak.observed import Sample, observed
 from benchmarks.soak.pages import drive, told
+from benchmarks.soak.section import Section
 
 MINUTES = 60.0
 SETTLING_MINUTES = 1.0
@@ -25,8 +25,7 @@ MOST_MB = 20.0
 def run(quick: bool, seed: int, minutes: float | None = None) -> bool:
     """Whether memory grew by less than is allowed, and no pair was lost."""
     lasting = minutes or (2.0 if quick else MINUTES)
-    begun = time.monotonic()
-    at = commit("evastudio", "scenes", "benchmarks/soak")
+    section = Section("hour", "scenes")
     samples: list[Sample] = []
     with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as studio:
         session, stage = studio.open(seed, "an hour", watched=True)
@@ -51,7 +50,7 @@ def run(quick: bool, seed: int, minutes: float | None = None) -> bool:
     steps, late = samples[-1].steps, samples[-1].late_steps
     cpu = (samples[-1].cpu_s - samples[0].cpu_s) / (60.0 * int(lasting))
     seen_mb = page.view_bytes / 1e6
-    text = "\n".join(
+    section.write(
         [
             f"## One stage for {lasting:.0f} minutes",
             "",
@@ -67,13 +66,9 @@ def run(quick: bool, seed: int, minutes: float | None = None) -> bool:
             f"{steps:.0f} decisions {late:.0f} were late ({late / max(steps, 1):.2%}), {lost} of "
             f"{sum(page.takes)} pairs were lost, {page.messages} messages and {seen_mb:.0f} MB of "
             f"frames were sent; {cpu:.2f} cores of CPU.",
-            "",
-            where_and_when(at, "python -m benchmarks.soak --only hour", time.monotonic() - begun),
-        ]
+        ],
+        quick or minutes is not None,
     )
-    print(text)
-    if not quick and minutes is None:
-        write_section(ROOT / "docs" / "reliability.md", "hour", text)
     return growth < MOST_MB and lost == 0 and not page.notices
 
 

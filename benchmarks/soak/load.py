@@ -11,9 +11,9 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.report import ROOT, commit, where_and_when, write_section
 from benchmarks.soak.observed import CORES, Observed, Sample, observed
 from benchmarks.soak.pages import COMING_S, drive, told
+from benchmarks.soak.section import Section
 from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
 from evastudio.live.headless import make_scene
@@ -29,8 +29,7 @@ MOST_MB = 20.0
 
 def run(quick: bool, seed: int) -> bool:
     """Whether under one in a hundred decisions was late, no pair was lost, and memory was flat."""
-    begun = time.monotonic()
-    at = commit("evastudio", "scenes", "benchmarks/soak")
+    section = Section("load", "scenes")
     stages, seconds = (10, 30.0) if quick else (STAGES, SECONDS)
     with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as studio:
         opened = [
@@ -49,12 +48,12 @@ def run(quick: bool, seed: int) -> bool:
         replayed, differing = replay_all(studio, [session for session, _ in opened])
     last = samples[-1]
     wall_s, steps = EVERY_S * len(samples), last.steps - before.steps
-    late = (last.late_steps - before.late_steps) / max(steps, 1.0)
+    late = last.late_since(before)
     settled = samples[min(int(SETTLING_S / EVERY_S), len(samples) - 1)]
     growth = last.memory_mb - settled.memory_mb
     cpu = (last.cpu_s - before.cpu_s) / wall_s
     others = (last.all_cpu_s - before.all_cpu_s) / wall_s - cpu
-    text = "\n".join(
+    section.write(
         [
             f"## {stages} stages at once",
             "",
@@ -82,16 +81,12 @@ def run(quick: bool, seed: int) -> bool:
             f"| CPU of the studio, and of everything else meanwhile | {cpu:.2f} cores, "
             f"{others:.2f} cores | |",
             f"| messages to the pages | {sum(p.messages for p in found) / seconds:.0f}/s | |",
-            "",
-            where_and_when(at, "python -m benchmarks.soak --only load", time.monotonic() - begun),
-        ]
+        ],
+        quick,
     )
-    print(text)
     notices = [notice for page in found for notice in page.notices]
     for notice in notices[:5]:
         print("notice:", notice)
-    if not quick:
-        write_section(ROOT / "docs" / "reliability.md", "load", text)
     return late < MOST_LATE and lost == differing == 0 and growth < MOST_MB and not notices
 
 

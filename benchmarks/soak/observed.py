@@ -39,6 +39,14 @@ class Sample:
     all_cpu_s: float
     """CPU time used on this machine by everybody."""
 
+    def late_since(self, before: Sample) -> float:
+        """Share of the decisions since then that began over half a step late."""
+        return (self.late_steps - before.late_steps) / max(self.steps - before.steps, 1.0)
+
+    def very_late_since(self, before: Sample) -> float:
+        """Share of the decisions since then that began over 200 ms late."""
+        return (self.late_200ms - before.late_200ms) / max(self.steps - before.steps, 1.0)
+
 
 @dataclass(frozen=True)
 class Observed:
@@ -48,6 +56,11 @@ class Observed:
     token: str
     workspace: Workspace
     client: httpx.Client
+
+    @property
+    def front_door(self) -> str:
+        """Where a browser opens it."""
+        return f"{self.base}/?token={self.token}"
 
     def sample(self) -> Sample:
         lines = self.client.get("/metrics").text.splitlines()

@@ -13,7 +13,6 @@ import asyncio
 import contextlib
 import os
 import random
-import shutil
 import tempfile
 import time
 from collections.abc import AsyncIterator, Iterator
@@ -23,12 +22,12 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import zstandard
-from playwright.async_api import Page, async_playwright
+from playwright.async_api import Page
 from websockets.asyncio.client import ClientConnection, connect
 
-from benchmarks.report import ROOT, commit, where_and_when, write_section
-from benchmarks.soak.animators import FLAGS, VIEWPORT, WAIT_MS, phase
+from benchmarks.soak.chromium import blank_page, open_sparse, phase
 from benchmarks.soak.observed import Observed, observed
+from benchmarks.soak.section import Section
 from evastudio.studio.mounted import SUBPROTOCOL
 
 PRESSES = 200
@@ -118,16 +117,9 @@ async def press(studio: Observed, presses: int, seed: int) -> list[tuple[float, 
 @asynccontextmanager
 async def flying(studio: Observed) -> AsyncIterator[tuple[Page, Looker]]:
     """A page that demonstrates, and one who looks on."""
-    async with async_playwright() as playwright:
-        browser = await playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), args=list(FLAGS), headless=True
-        )
-        page = await browser.new_page(viewport=VIEWPORT)
-        page.set_default_timeout(WAIT_MS)
+    async with blank_page() as page:
         await page.add_init_script(FELT)
-        await page.goto(f"{studio.base}/?token={studio.token}")
-        await phase(page, "ready")
-        await page.locator("#option-density").fill("0.1")
+        await open_sparse(page, studio.front_door)
         await page.locator("#demonstrate").click()
         await phase(page, "recording")
         (stage,) = studio.client.get("/api/v1/stages").json()["items"]
@@ -143,22 +135,19 @@ async def flying(studio: Observed) -> AsyncIterator[tuple[Page, Looker]]:
             await looker.news()
             yield page, looker
             looking.cancel()
-        await browser.close()
 
 
 def run(quick: bool, seed: int) -> bool:
     """Whether 95 in a hundred poses came within a step and 20 ms."""
-    begun = time.monotonic()
-    at = commit("evastudio", "scenes", "web", "benchmarks/soak")
+    section = Section("response", "scenes", "web")
     presses = 40 if quick else PRESSES
     with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as studio:
         before = studio.sample()
         found, within = 1000.0 * np.array(asyncio.run(press(studio, presses, seed))).T
         after = studio.sample()
-        load = os.getloadavg()[0]
-    late = (after.late_steps - before.late_steps) / max(after.steps - before.steps, 1.0)
+        load, late = os.getloadavg()[0], after.late_since(before)
     (middle, most), waited = np.percentile(found, (50, 95)), np.percentile(within, (50, 95))
-    text = "\n".join(
+    section.write(
         [
             "## From a key to the pose",
             "",
@@ -177,13 +166,7 @@ def run(quick: bool, seed: int) -> bool:
             "",
             f"{late:.2%} of the decisions were late by over half a step. Load of the machine in "
             f"the last minute: {load:.1f}.",
-            "",
-            where_and_when(
-                at, "python -m benchmarks.soak --only response", time.monotonic() - begun
-            ),
-        ]
+        ],
+        quick,
     )
-    print(text)
-    if not quick:
-        write_section(ROOT / "docs" / "reliability.md", "response", text)
     return bool(most < 1000 * MOST_S)
