@@ -12,7 +12,8 @@ from sqlalchemy import func, select
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.packing import MOVING, unpack
-from evastudio.demonstrations.store import LARGEST_ID, Store
+from evastudio.demonstrations.rows import LARGEST_ID
+from evastudio.demonstrations.store import Store
 from evastudio.errors import NotFoundError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import Snapshot

@@ -27,6 +27,7 @@ from evastudio.demonstrations.records import (
     Verdict,
     Verdicts,
 )
+from evastudio.demonstrations.rows import LARGEST_ID, newest_first, put_in
 from evastudio.demonstrations.summaries import (
     session_records,
     take_record,
@@ -37,8 +38,6 @@ from evastudio.errors import InvalidInputError, NotFoundError
 from evastudio.world.scene import Scene
 from evastudio.world.snapshot import AnyArray
 
-LARGEST_ID = 2**31 - 1
-"""What an Integer column holds in every database."""
 TAKES_READ = 16
 """Takes read at once: a session of many is not in memory twice."""
 TOGETHER = 1000
@@ -86,8 +85,7 @@ class Store:
             "made_by": made_by,
         }
         with writing(self.engine) as connection:
-            result = connection.execute(insert(schema.sessions).values(**values))
-            return _new_id(result.inserted_primary_key)
+            return put_in(connection, schema.sessions, **values)
 
     def sessions(
         self, scene: str | None = None, *, after: int | None = None, limit: int | None = None
@@ -96,12 +94,7 @@ class Store:
 
         A page of them: at most `limit`, from the one that follows the session `after`.
         """
-        table = schema.sessions
-        query = select(table).order_by(table.c.id.desc()).limit(limit)
-        if scene is not None:
-            query = query.where(table.c.scene == scene)
-        if after is not None:
-            query = query.where(table.c.id < after)
+        query = newest_first(schema.sessions, scene, after, limit)
         with self.engine.connect() as connection:
             return session_records(connection, query)
 
@@ -194,8 +187,7 @@ class Store:
                 deleted = select(gone.c.key).where(gone.c.key == new.key)
                 if connection.execute(deleted).first() is not None:
                     raise NotFoundError(f"The take of {new.pilot!r} was deleted meanwhile.")
-            result = connection.execute(insert(table).values(number=number, **values))
-            return _new_id(result.inserted_primary_key)
+            return put_in(connection, table, number=number, **values)
 
     def append(
         self,
@@ -392,7 +384,3 @@ def pack_pairs(states: AnyArray, actions: AnyArray, moving: Mapping[str, AnyArra
     """Pairs as a chunk of the store holds them; arrays as in `Store.append`."""
     arrays = {MOVING + name: array for name, array in moving.items()}
     return pack({"states": states, "actions": actions, **arrays})
-
-
-def _new_id(key: Any) -> int:
-    return int(key[0])

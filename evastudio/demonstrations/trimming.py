@@ -11,6 +11,7 @@ from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import writing
 from evastudio.demonstrations.packing import MOVING, pack
 from evastudio.demonstrations.records import RECORDED, Origin
+from evastudio.demonstrations.rows import put_in
 from evastudio.demonstrations.store import Store, next_number
 from evastudio.errors import InvalidInputError
 
@@ -46,9 +47,7 @@ def keep_last(store: Store, take: int, seconds: float, now: float) -> int:
             "origin": json.dumps(asdict(origin)),
         }
         del old["id"]
-        result = connection.execute(insert(takes).values(**{**old, **changed}))
-        assert result.inserted_primary_key is not None
-        made = int(result.inserted_primary_key[0])
+        made = put_in(connection, takes, **{**old, **changed})
         connection.execute(
             insert(schema.chunks).values(take_id=made, first_step=0, steps=kept, arrays=packed)
         )

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Row, insert, select
+from sqlalchemy import Row
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import writing
 from evastudio.demonstrations.packing import pack, unpack
-from evastudio.demonstrations.store import LARGEST_ID, Store
+from evastudio.demonstrations.rows import newest_first, put_in, row_at
+from evastudio.demonstrations.store import Store
 from evastudio.errors import NotFoundError
 from evastudio.evaluation.results import SUCCESS, Comparison
 from evastudio.evaluation.versions import versions
@@ -61,17 +62,16 @@ def save_evaluation(
 ) -> int:
     """Keep `comparison`; its id. `now` in seconds since the epoch."""
     with writing(store.engine) as connection:
-        made = connection.execute(
-            insert(schema.evaluations).values(
-                scene=comparison.scene["name"],
-                created_at=now,
-                asked=json.dumps(dict(asked)),
-                versions=json.dumps(versions()),
-                result=json.dumps(comparison.to_json(), allow_nan=False),
-                arrays=pack(comparison.to_arrays()),
-            )
+        return put_in(
+            connection,
+            schema.evaluations,
+            scene=comparison.scene["name"],
+            created_at=now,
+            asked=json.dumps(dict(asked)),
+            versions=json.dumps(versions()),
+            result=json.dumps(comparison.to_json(), allow_nan=False),
+            arrays=pack(comparison.to_arrays()),
         )
-    return int((made.inserted_primary_key or (0,))[0])
 
 
 def evaluations(
@@ -85,19 +85,14 @@ def evaluations(
 
     A page of them: at most `limit`, from the one that follows the evaluation `after`.
     """
-    table = schema.evaluations
-    query = select(*_TOLD).order_by(table.c.id.desc()).limit(limit)
-    if after is not None:
-        query = query.where(table.c.id < after)
-    if scene is not None:
-        query = query.where(table.c.scene == scene)
+    query = newest_first(schema.evaluations, scene, after, limit, _TOLD)
     with store.engine.connect() as connection:
         return [_record(row) for row in connection.execute(query)]
 
 
 def find_evaluation(store: Store, number: int) -> tuple[EvaluationRecord, Comparison]:
     """The evaluation of that id, and its worlds. Raises NotFoundError, StorageError if damaged."""
-    row = _row(store, number, schema.evaluations.c)
+    row = _row(store, number)
     record = _record(row)
     return record, Comparison.from_arrays(record.result, unpack(row.arrays, "evaluation"))
 
@@ -139,12 +134,8 @@ def _question(record: EvaluationRecord) -> tuple[Any, ...]:
 _TOLD = [column for column in schema.evaluations.c if column.name != "arrays"]
 
 
-def _row(store: Store, number: int, columns: Iterable[Any]) -> Row[Any]:
-    row = None
-    if 0 < number <= LARGEST_ID:
-        with store.engine.connect() as connection:
-            query = select(*columns).where(schema.evaluations.c.id == number)
-            row = connection.execute(query).one_or_none()
+def _row(store: Store, number: int, columns: Iterable[Any] | None = None) -> Row[Any]:
+    row = row_at(store.engine, schema.evaluations, number, columns)
     if row is None:
         raise NotFoundError(f"There is no evaluation {number}; `evastudio evaluations` lists them.")
     return row

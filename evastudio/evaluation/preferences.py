@@ -14,7 +14,8 @@ from sqlalchemy import Row, delete, func, insert, select
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import writing
-from evastudio.demonstrations.store import LARGEST_ID, Store
+from evastudio.demonstrations.rows import newest_first, put_in, row_at
+from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
 from evastudio.evaluation.interval import Interval, wilson_interval
 
@@ -113,15 +114,15 @@ def open_ballot(
         "seed": seed,
     }
     with writing(store.engine) as connection:
-        made = connection.execute(
-            insert(schema.ballots).values(
-                scene=scene["name"],
-                created_at=now,
-                asked=json.dumps(asked),
-                secret=secrets.token_hex(32),
-            )
+        made = put_in(
+            connection,
+            schema.ballots,
+            scene=scene["name"],
+            created_at=now,
+            asked=json.dumps(asked),
+            secret=secrets.token_hex(32),
         )
-    return find_ballot(store, int((made.inserted_primary_key or (0,))[0]))
+    return find_ballot(store, made)
 
 
 def ballots(
@@ -132,23 +133,14 @@ def ballots(
     limit: int | None = None,
 ) -> list[Ballot]:
     """Every ballot, the newest first; a page of them as of evaluations."""
-    table = schema.ballots
-    query = select(table).order_by(table.c.id.desc()).limit(limit)
-    if after is not None:
-        query = query.where(table.c.id < after)
-    if scene is not None:
-        query = query.where(table.c.scene == scene)
+    query = newest_first(schema.ballots, scene, after, limit)
     with store.engine.connect() as connection:
         return [_ballot(row) for row in connection.execute(query)]
 
 
 def find_ballot(store: Store, number: int) -> Ballot:
     """Raises NotFoundError."""
-    row = None
-    if 0 < number <= LARGEST_ID:
-        table = schema.ballots
-        with store.engine.connect() as connection:
-            row = connection.execute(select(table).where(table.c.id == number)).one_or_none()
+    row = row_at(store.engine, schema.ballots, number)
     if row is None:
         raise NotFoundError(f"There is no ballot {number}.")
     return _ballot(row)

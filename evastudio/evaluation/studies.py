@@ -9,10 +9,11 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
-from sqlalchemy import delete, insert, select, update
+from sqlalchemy import delete, select, update
 
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.engine import writing
+from evastudio.demonstrations.rows import put_in
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
 
@@ -51,12 +52,8 @@ class StudyRecord(Study):
 def save_study(store: Store, study: Study, now: float) -> int:
     """Keep `study`; its id. `now` in seconds since the epoch."""
     with writing(store.engine) as connection:
-        made = connection.execute(
-            insert(schema.studies).values(
-                scene=study.scene, created_at=now, told=json.dumps(asdict(study), allow_nan=False)
-            )
-        )
-    return int((made.inserted_primary_key or (0,))[0])
+        told = json.dumps(asdict(study), allow_nan=False)
+        return put_in(connection, schema.studies, scene=study.scene, created_at=now, told=told)
 
 
 def replace_study(store: Store, number: int, study: Study) -> None:
