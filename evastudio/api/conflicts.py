@@ -8,15 +8,13 @@ from fastapi import APIRouter, Query, status
 
 from evastudio.api.context import Studio
 from evastudio.api.models.conflicts import (
-    ComparedOut,
-    ConflictsOut,
     Threshold,
     VerdictIn,
     VerdictOut,
     VerdictsOut,
 )
 from evastudio.errors import NotFoundError
-from evastudio.live.weighing import compared, weigh
+from evastudio.live.weighing import Compared, Weighing, compared, weigh
 
 router = APIRouter(prefix="/sessions/{session}", tags=["sessions"])
 
@@ -27,7 +25,7 @@ def list_conflicts(
     studio: Studio,
     threshold: Threshold = "auto",
     limit: Annotated[int, Query(ge=0, le=1000)] = 50,
-) -> ConflictsOut | None:
+) -> Weighing | None:
     """What cleaning at that threshold would leave out, by what the latest look found; null where
     nobody has looked.
 
@@ -36,21 +34,18 @@ def list_conflicts(
     """
     record = studio.store.session(session)
     try:
-        found = weigh(studio.workspace, studio.store, record, threshold, limit)
+        return weigh(studio.workspace, studio.store, record, threshold, limit)
     except NotFoundError:
         return None
-    return ConflictsOut.model_validate(found)
 
 
 @router.get("/conflicts/{take}/{step}")
 def get_conflict(
     session: int, take: int, step: int, studio: Studio, threshold: Threshold = "auto"
-) -> ComparedOut:
+) -> Compared:
     """One pair beside those that it was compared with, conflict or not."""
     record = studio.store.session(session)
-    return ComparedOut.model_validate(
-        compared(studio.workspace, studio.store, record, take, step, threshold)
-    )
+    return compared(studio.workspace, studio.store, record, take, step, threshold)
 
 
 @router.get("/verdicts")

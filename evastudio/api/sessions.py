@@ -7,7 +7,7 @@ import time
 from fastapi import APIRouter, status
 
 from evastudio.api.context import Studio
-from evastudio.api.models.common import Page
+from evastudio.api.models.common import Given, Page
 from evastudio.api.models.jobs import JobOut
 from evastudio.api.models.sessions import (
     CleanIn,
@@ -27,6 +27,7 @@ from evastudio.learning.policy import find_learner
 from evastudio.learning.tuning import AUTO
 from evastudio.live import cleaning, headless
 from evastudio.live.diagnosing import diagnose
+from evastudio.live.jobs import Work
 from evastudio.live.tuning import tune
 from evastudio.live.visiting import find_places
 
@@ -60,29 +61,13 @@ def get_session(session: int, studio: Studio) -> SessionOut:
 @router.post("/sessions/{session}/clean", status_code=status.HTTP_202_ACCEPTED)
 def clean_session(session: int, body: CleanIn, studio: Studio) -> JobOut:
     """Mark the conflicts among the kept pairs; a job."""
-    _need_pairs(session, studio)
-    job = studio.jobs.submit(
-        "clean",
-        cleaning.clean,
-        session,
-        workspace=studio.workspace,
-        **body.model_dump(exclude_none=True),
-    )
-    return JobOut.model_validate(job)
+    return _begin(studio, session, "clean", cleaning.clean, body)
 
 
 @router.post("/sessions/{session}/clean/preview", status_code=status.HTTP_202_ACCEPTED)
 def preview_cleaning(session: int, body: PreviewIn, studio: Studio) -> JobOut:
     """What cleaning would mark; a job whose result tells the worst in full. Nothing is kept."""
-    _need_pairs(session, studio)
-    job = studio.jobs.submit(
-        "preview",
-        cleaning.preview,
-        session,
-        workspace=studio.workspace,
-        **body.model_dump(exclude_none=True),
-    )
-    return JobOut.model_validate(job)
+    return _begin(studio, session, "preview", cleaning.preview, body)
 
 
 @router.delete("/sessions/{session}/clean")
@@ -96,11 +81,7 @@ def undo_cleaning(session: int, studio: Studio) -> SessionOut:
 @router.post("/sessions/{session}/tune", status_code=status.HTTP_202_ACCEPTED)
 def tune_session(session: int, body: TuneIn, studio: Studio) -> JobOut:
     """Try learners and settings on takes held out whole; a job whose result is the report."""
-    _need_pairs(session, studio)
-    job = studio.jobs.submit(
-        "tune", tune, session, workspace=studio.workspace, **body.model_dump(exclude_none=True)
-    )
-    return JobOut.model_validate(job)
+    return _begin(studio, session, "tune", tune, body)
 
 
 @router.post("/sessions/{session}/places", status_code=status.HTTP_202_ACCEPTED)
@@ -109,21 +90,13 @@ def find_unvisited(session: int, body: PlacesIn, studio: Studio) -> JobOut:
 
     On a stage the command `visit` with a place's take, step and push begins a take there.
     """
-    _need_pairs(session, studio)
-    job = studio.jobs.submit(
-        "places", find_places, session, workspace=studio.workspace, **body.model_dump()
-    )
-    return JobOut.model_validate(job)
+    return _begin(studio, session, "places", find_places, body)
 
 
 @router.post("/sessions/{session}/diagnose", status_code=status.HTTP_202_ACCEPTED)
 def diagnose_session(session: int, body: DiagnoseIn, studio: Studio) -> JobOut:
     """Look for what would keep a policy from learning; a job whose result says what to do."""
-    _need_pairs(session, studio)
-    job = studio.jobs.submit(
-        "diagnose", diagnose, session, workspace=studio.workspace, **body.model_dump()
-    )
-    return JobOut.model_validate(job)
+    return _begin(studio, session, "diagnose", diagnose, body)
 
 
 @router.post("/sessions/{session}/fit", status_code=status.HTTP_202_ACCEPTED)
@@ -153,6 +126,14 @@ def fit_session(session: int, body: FitIn, studio: Studio) -> JobOut:
         name=name,
         beside=body.name is None,
     )
+    return JobOut.model_validate(job)
+
+
+def _begin(studio: Studio, session: int, kind: str, work: Work, body: Given) -> JobOut:
+    """A job on the pairs of a session, as `body` asks for it."""
+    _need_pairs(session, studio)
+    asked = body.model_dump(exclude_none=True)
+    job = studio.jobs.submit(kind, work, session, workspace=studio.workspace, **asked)
     return JobOut.model_validate(job)
 
 
