@@ -39,27 +39,21 @@ def film(
     json_output: JsonFlag = False,
 ) -> None:
     """Make a take, or what a policy does in one world, into a file to hand on."""
-    from evastudio.studio import filming
+    from evastudio.demonstrations.store import Store
+    from evastudio.live.films import check
+    from evastudio.live.footage import policy_footage, take_footage
+    from evastudio.studio.filming import film as make
 
     form, size, place = out.suffix[1:].lower(), (width, height), Workspace(workspace, store)
     with bar(json_output) as progress:
         if take is not None and policy is None:
-            result = filming.film_take(
-                place, take, form=form, size=size, camera=camera, out=out, progress=progress
-            )
+            with Store(place.ready().store_url) as opened:
+                footage = take_footage(place, opened, take, camera)
         elif policy is not None and take is None:
-            result = filming.film_policy(
-                place,
-                policy,
-                seed=seed,
-                scene=scene,
-                options=options_of(density, option),
-                form=form,
-                size=size,
-                camera=camera,
-                out=out,
-                progress=progress,
-            )
+            check(form, size)  # before it acts
+            options = options_of(density, option)
+            footage = policy_footage(place, policy, seed, options, camera, scene)
         else:
             raise InvalidInputError("Give either --take or --policy: one of them is filmed.")
+        result = make(place, footage, form, size, out, progress)
     show(result, json_output)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from evastudio.demonstrations.store import Store
 from evastudio.learning.cleaning import Progress, silent
 from evastudio.live.films import SIZE, Form, check
-from evastudio.live.footage import Footage, policy_footage, take_footage
+from evastudio.live.footage import Footage
 from evastudio.workspace import Workspace
 from evastudio.writing import write_whole
 
@@ -41,38 +39,3 @@ def film(
     path = write_whole(out or workspace.films / f"{footage.name}.{form}", made)
     seconds = (footage.moments - 1) * reel.scene.dt_s
     return {"film": path.name if out is None else str(path), "bytes": len(made), "seconds": seconds}
-
-
-def film_take(
-    workspace: Workspace,
-    take: int,
-    *,
-    form: str = Form.PAGE,
-    size: tuple[int, int] = SIZE,
-    camera: str | None = None,
-    out: Path | None = None,
-    progress: Progress = silent,
-) -> dict[str, Any]:
-    """Make a recorded take into a film. Raises NotFoundError, ConflictError."""
-    with Store(workspace.ready().store_url) as store:
-        footage = take_footage(workspace, store, take, camera)
-    return film(workspace, footage, form, size, out, progress)
-
-
-def film_policy(
-    workspace: Workspace,
-    policy: str,
-    *,
-    seed: int = 0,
-    scene: str | None = None,
-    options: Mapping[str, float] | None = None,
-    form: str = Form.PAGE,
-    size: tuple[int, int] = SIZE,
-    camera: str | None = None,
-    out: Path | None = None,
-    progress: Progress = silent,
-) -> dict[str, Any]:
-    """Make what a policy does in the world of `seed` into a film. Raises NotFoundError."""
-    check(form, size)
-    footage = policy_footage(workspace, policy, seed, options, camera, scene)
-    return film(workspace, footage, form, size, out, progress)

@@ -22,10 +22,8 @@ from evastudio.world.bodies import Camera
 def test_a_video_has_every_frame_in_its_size_and_they_differ(
     workspace: Workspace, tmp_path: Path
 ) -> None:
-    told = filming.film_policy(
-        workspace, "crowd-shy", options={"length": 5.0}, form="mp4", size=(160, 90),
-        out=tmp_path / "shy.mp4",
-    )  # fmt: skip
+    footage = policy_footage(workspace, "crowd-shy", 0, {"length": 5.0}, None)
+    told = filming.film(workspace, footage, "mp4", (160, 90), tmp_path / "shy.mp4")
     assert told["film"] == str(tmp_path / "shy.mp4")
     with av.open(io.BytesIO((tmp_path / "shy.mp4").read_bytes())) as container:
         (stream,) = container.streams.video
