@@ -1,4 +1,4 @@
-/** Puts the page together: the state, the link to the server, and the parts that show it. */
+/** Puts the page together: the state, what steers, and the parts that show it. */
 
 import { api } from "./api.js";
 import { clips } from "./clips.js";
@@ -7,46 +7,32 @@ import { conflicts } from "./conflicts.js";
 import { decisions } from "./decisions.js";
 import { byId } from "./dom.js";
 import { failures } from "./failures.js";
-import { feel } from "./feel.js";
-import { GamepadHand } from "./gamepad.js";
 import { gauge } from "./gauge.js";
-import { GOOD_MS, Hands, moves, steers } from "./hands.js";
 import { hud } from "./hud.js";
-import { isOpen, jobs } from "./jobs.js";
-import { keptSeconds, keyHelp, showHeld } from "./keyhelp.js";
-import { Keys } from "./keys.js";
-import { Link } from "./link.js";
-import { meaningOf } from "./meaning.js";
+import { jobs } from "./jobs.js";
+import { keptSeconds, keyHelp } from "./keyhelp.js";
 import { MARK, notNow, session } from "./needs.js";
-import { attempt, goOn, notify, withdraw } from "./notices.js";
+import { news } from "./news.js";
+import { attempt, notify } from "./notices.js";
 import { options } from "./options.js";
 import { others } from "./others.js";
-import { pace } from "./pace.js";
-import { pad } from "./pad.js";
-import { defaultPolicy, policies } from "./policies.js";
-import { choicesIn, goBack, keepPlace, placeIn } from "./place.js";
+import { policies } from "./policies.js";
+import { keepPlace } from "./place.js";
 import { Pointer } from "./pointer.js";
-import { viewed, watchScheme } from "./scheme.js";
 import { screenshot } from "./screenshot.js";
-import { series } from "./series.js";
-import { sessions } from "./sessions.js";
 import { sharing } from "./sharing.js";
 import { sheet } from "./sheet.js";
 import { STUDIO } from "./shortcuts.js";
+import { steering } from "./steering.js";
 import { steps } from "./steps.js";
-import { LAST_SCENE, Store } from "./store.js";
+import { Store } from "./store.js";
 import { switches } from "./switches.js";
-import { SOME, takes } from "./takes.js";
+import { takes } from "./takes.js";
 import { timeline } from "./timeline.js";
 import { tools } from "./tools.js";
 import { tour } from "./tour.js";
 import { unvisited } from "./unvisited.js";
-import { ViewStick } from "./viewstick.js";
 import { why } from "./why.js";
-import { plural } from "./words.js";
-
-/** @typedef {import("./types.js").Job} Job */
-/** @typedef {import("./types.js").Status} Status */
 
 const store = new Store({
   scenes: [],
@@ -67,132 +53,13 @@ const store = new Store({
   connected: false,
 });
 const view = byId("view", HTMLIFrameElement);
-const banner = byId("connection", HTMLElement);
-
-// -- the server ----------------------------------------------------------------------------------
-
-/** Everything that the page reads before it can open a stage. */
-async function openStage() {
-  const scenes = await api.scenes();
-  const last = store.state.scene?.name ?? localStorage.getItem(LAST_SCENE);
-  const scene = scenes.find(({ name }) => name === last) ?? scenes[0] ?? null;
-  if (scene === null) throw new Error("This workspace has no scene.");
-  const first = store.state.scene === null;
-  const known = await api.sessions(scene.name);
-  place = placeIn(scene.name);
-  const wanted = store.state.session ?? place?.session;
-  const chosen = (known.find(({ id }) => id === wanted) ?? known[0])?.id ?? null;
-  store.set({ scenes, scene, sessions: known, session: chosen, ...(first && choicesIn(scene)) });
-  return api.openStage(scene.name, store.state.options, chosen);
-}
-
-/** Where one was in the scene, until the new stage is there too. @type {ReturnType<typeof placeIn>} */
-let place = null;
-
-const link = new Link(openStage);
-let viewIsNew = false;
-link.addEventListener("stage", (event) => {
-  view.src = viewed(/** @type {CustomEvent} */ (event).detail.view);
-  viewIsNew = true;
-});
-watchScheme(() => {
-  if (link.stage) view.src = viewed(link.stage.view);
-});
-/** The session that was chosen while nobody could be told. @type {number | null} */
-let unsent = null;
-link.addEventListener("open", () => {
-  if (unsent !== null) link.command("session", { session: unsent });
-  unsent = null;
-  // The view connects anew by itself only while it has the focus.
-  if (!banner.hidden && !viewIsNew && link.stage) view.src = viewed(link.stage.view);
-  viewIsNew = false;
-  banner.hidden = true;
-  store.set({ connected: true });
-  settle();
-  attempt(async () => {
-    store.set({ jobs: (await api.jobs()).filter(isOpen) });
-    await reload();
-  });
-});
-link.addEventListener("lost", (event) => {
-  const why = /** @type {CustomEvent<string>} */ (event).detail;
-  keys.releaseAll();
-  banner.textContent = why || "The connection to the studio was lost. Trying again…";
-  banner.hidden = false;
-  store.set({ connected: false });
-});
-link.addEventListener("message", (event) => {
-  const { type, ...content } = /** @type {CustomEvent} */ (event).detail;
-  if (type === "status") onStatus(content);
-  else if (type === "job") onJob(content);
-  else if (type === "notice") notify(content.text, content.level);
-});
-
-/** @param {Status} status */
-function onStatus(status) {
-  const before = store.state.status;
-  const chosen = status.session?.id ?? store.state.session;
-  const moved = chosen !== store.state.session;
-  if (place) goBack(place, status, (name, more) => link.command(name, more));
-  place = null;
-  store.set({ status, session: chosen });
-  if (moved || (before && underWay(status) && !underWay(before))) goOn();
-  if (before?.problem && status.problem !== before.problem) withdraw(before.problem);
-  if (status.problem && status.problem !== before?.problem) notify(status.problem, "error", true);
-  if (before && status.can_undo && !before.can_undo) notify("The take is in the trash. U brings it back.");
-  const counted =
-    status.takes_kept !== before?.takes_kept ||
-    status.pairs_kept !== before?.pairs_kept ||
-    status.forgotten !== before?.forgotten ||
-    status.can_undo !== before?.can_undo;
-  if (moved || (before && counted)) attempt(reload);
-}
-
-/** Whether a take or a playback is under way. @param {Status} status */
-const underWay = ({ phase }) => phase === "countdown" || phase === "recording" || phase === "playing";
-
-/** @param {Job} job */
-function onJob(job) {
-  const others = store.state.jobs.filter(({ id }) => id !== job.id);
-  store.set({ jobs: isOpen(job) ? [...others, job] : others });
-  if (job.state === "failed") notify(job.error ?? "It did not work.", "error", true);
-  if (job.state !== "done") return;
-  if (job.kind === "film") return films.made(job);
+const pointer = new Pointer(view);
+const { link, onJob, reload } = news(store, view, (job) => {
+  if (job.kind === "film") films.made(job);
   failed(job);
   unshown(job);
-  attempt(async () => {
-    const mine = job.kind === "fit" && job.session === store.state.session;
-    if (mine || (job.kind === "switch" && job.result?.scene === store.state.scene?.name)) {
-      await reload(String(job.result?.policy));
-      notify(`“${job.result?.policy}” is ready to play.`);
-    } else {
-      await reload();
-      if (job.kind === "clean") notify(`${plural(job.result?.removed ?? 0, "pair")} taken out.`);
-    }
-  });
-}
+});
 
-/**
- * Read sessions, takes and policies again.
- * @param {string | null} [policy] the one to play from now on; the chosen one where there is none
- * @param {number} [some] how many takes at most
- */
-async function reload(policy = null, some = Math.max(store.state.takes.length, SOME)) {
-  const { scene, session: id } = store.state;
-  if (scene === null) return;
-  const [known, all, found] = await Promise.all([
-    api.sessions(scene.name),
-    api.policies(scene.name),
-    id === null ? { items: [], more: false } : api.takes(id, Math.min(some, 1000)),
-  ]);
-  if (store.state.session !== id || store.state.scene !== scene) return;
-  store.set({ sessions: known, policies: all, takes: found.items, moreTakes: found.more,
-    policy: defaultPolicy(all, policy ?? store.state.policy) });
-}
-
-// -- the person ----------------------------------------------------------------------------------
-
-let sequence = 0;
 /** @param {string} name @param {import("./pointer.js").Place | null} place */
 function signal(name, place) {
   const missing = notNow(store.state, name);
@@ -200,36 +67,12 @@ function signal(name, place) {
   link.command("signal", { signal: name, pointer: place });
   if (name === MARK) notify(`Marked at ${store.state.status?.seconds.toFixed(1)} s.`);
 }
-/** What is done on the page itself, by the name of its command. @type {Record<string, () => unknown>} */
-const here = {
-  automatic: () => notify(takesFollow.toggle() ? "Takes follow one another." : "One take at a time."),
-  drag: () => notify(feeling.toggle() ? "Drags in the view steer." : "Drags in the view turn the camera."),
-  "slower-time": () => time.step(-1),
-  "faster-time": () => time.step(1),
-  // Where a take was thrown away there is nothing to begin again: another begins as the first did.
-  restart: () =>
-    store.state.status?.mode === null
-      ? byId("demonstrate", HTMLButtonElement).click()
-      : link.command("restart"),
-  "restart-same": () => link.command("restart", { same: true }),
-  "keep-last": () => keepLast(keptSeconds()),
-  "hand-back": () => handBack(),
-  tour: () => guide.toggle(),
-  screenshot: () => takePicture(),
-  why: () => whyNow(),
-  unvisited: () => byId("unvisited", HTMLButtonElement).click(),
-};
 /** @param {string} name */
 function command(name) {
   const missing = name === "another" ? notNow(store.state, name) : null;
   if (missing) notify(missing);
-  else if (here[name]) here[name]();
+  else if (does[name]) does[name]();
   else if (!lookBack(name) && !review.does(name)) link.command(name);
-}
-/** What is still held is not meant for what plays on. */
-function handBack() {
-  keys.releaseAll();
-  link.command("hand-back");
 }
 /** @param {number} seconds */
 function keepLast(seconds) {
@@ -252,58 +95,6 @@ const review = conflicts(store, {
   },
   look: async (id, neighbors) => onJob(await api.look(id, neighbors, store.state.perception)),
 });
-const pointer = new Pointer(view);
-const hands = new Hands(
-  () => store.state.scene,
-  (held, pushed, timeMs) => {
-    showHeld(held);
-    const { status } = store.state;
-    const touched = held.length > 0 || Object.keys(pushed).length > 0;
-    guide.steers(touched);
-    // Who steers what plays takes over; where there is nowhere to record it yet, that is made first.
-    if (touched && status?.mode === "play" && !status.session) link.command("take-over");
-    const forMs = touched ? GOOD_MS : null;
-    link.send({ type: "keys", held, pushed, time_ms: timeMs, seq: ++sequence, for_ms: forMs });
-  },
-);
-const keys = new Keys(
-  (event, onControl) => meaningOf(STUDIO, store.state, event, onControl),
-  (held, timeMs) => hands.hold(held, timeMs),
-  command,
-  (name) => signal(name, pointer.place()),
-  () => hands.letGo(),
-);
-keys.attachFrame(view);
-const steering = () => moves(store.state.status);
-store.watch(({ status }, before) => {
-  if (!steering()) keys.releaseAll();
-  else if (status?.phase !== before.status?.phase) hands.again();
-});
-const taking = () => steers(store.state.status);
-const viewStick = new ViewStick(view, hands, taking);
-const feeling = feel({
-  changed: ({ sensitivity, ramp, drag }) => {
-    viewStick.on = drag;
-    link.command("feel", { sensitivity, ramp });
-  },
-});
-viewStick.on = feeling.now.drag;
-pad(store, hands, feeling.now, taking);
-const time = pace(store, (speed) => link.command("pace", { speed }));
-const takesFollow = series(store, (wanted, automatic, seconds) =>
-  link.command("series", { wanted, automatic, seconds }),
-);
-coach(store);
-new GamepadHand(hands, steering, gamepadCommand, (name) => feeling.gamepad(name));
-
-/** What this browser keeps of how one works, told to a stage that may be new. */
-function settle() {
-  const { sensitivity, ramp } = feeling.now;
-  link.command("feel", { sensitivity, ramp });
-  link.command("pace", { speed: time.chosen() });
-  takesFollow.tell();
-}
-
 /** @param {string} name */
 function gamepadCommand(name) {
   const { phase, mode } = store.state.status ?? { phase: "ready", mode: null };
@@ -313,6 +104,27 @@ function gamepadCommand(name) {
   else if (mode === "demonstrate" && phase === "ended") command("restart");
   else if (mode !== "review") command(phase === "paused" ? "resume" : "pause");
 }
+
+/** What is done on the page itself, by the name of its command. @type {Record<string, () => unknown>} */
+const does = {
+  ...steering(store, link, view, {
+    command,
+    gamepad: gamepadCommand,
+    signal: (name) => signal(name, pointer.place()),
+    steers: (touched) => guide.steers(touched),
+  }),
+  // Where a take was thrown away there is nothing to begin again: another begins as the first did.
+  restart: () =>
+    store.state.status?.mode === null
+      ? byId("demonstrate", HTMLButtonElement).click()
+      : link.command("restart"),
+  "restart-same": () => link.command("restart", { same: true }),
+  "keep-last": () => keepLast(keptSeconds()),
+  tour: () => guide.toggle(),
+  screenshot: () => takePicture(),
+  why: () => whyNow(),
+  unvisited: () => byId("unvisited", HTMLButtonElement).click(),
+};
 
 /** Keys go to the character, Space to the pause: no button must be in their way. */
 const focusView = () => (view.contentWindow ?? view).focus();
@@ -350,24 +162,6 @@ steps(store, {
       await reload();
     }),
 });
-sessions(store, {
-  chooseScene: (name) => {
-    const scene = store.state.scenes.find((one) => one.name === name) ?? null;
-    localStorage.setItem(LAST_SCENE, name);
-    if (scene === null) return;
-    unsent = null;
-    goOn();
-    store.set({ scene, session: null, takes: [], status: null, ...choicesIn(scene) });
-    link.connect(true);
-  },
-  chooseSession: (id) => {
-    goOn();
-    store.set({ session: id, takes: [] });
-    unsent = link.command("session", { session: id }) ? null : id;
-    attempt(reload);
-  },
-});
-
 tools(store, pointer, {
   signal: (name, place) => {
     signal(name, place);
@@ -425,6 +219,7 @@ switches(store, onJob);
 others(store);
 clips(store);
 jobs(store);
+coach(store);
 hud(store, { acts: true });
 const guide = tour(store);
 const films = sharing(store, { stage: () => link.stage?.id ?? null, job: onJob });

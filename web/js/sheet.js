@@ -1,9 +1,9 @@
 /** The sheet of keys, and what the page says of keys at each control. */
 
+import { brand } from "./brand.js";
 import { make } from "./dom.js";
 import { Keys } from "./keys.js";
 import { meaningOf } from "./meaning.js";
-import { turn } from "./scheme.js";
 import { WITHOUT } from "./shortcuts.js";
 import { keyName } from "./words.js";
 
@@ -123,7 +123,7 @@ export function sheet(groups, scene = () => null) {
   // A click beside it: the dialog itself is all padding's edge.
   dialog.addEventListener("click", ({ target }) => target === dialog && dialog.close());
 
-  document.getElementById("sheet-open")?.addEventListener("click", () => {
+  brand(() => {
     const now = scene();
     parts.replaceChildren(
       ...(now ? [ofScene(now)] : []),
@@ -134,7 +134,6 @@ export function sheet(groups, scene = () => null) {
     );
     dialog.showModal();
   });
-  document.getElementById("scheme")?.addEventListener("click", turn);
   tips(groups);
 }
 
