@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
-
+from tests.api.jobs import result_of
 from tests.conftest import Studio
 
 API = "/api/v1"
 
 
-def ended(studio: Studio, job: dict[str, Any]) -> dict[str, Any]:
-    """The job once it is done."""
-    told = studio.client.get(f"{API}/jobs/{job['id']}/events", timeout=60.0).text
-    last = json.loads(told.strip().rpartition("data: ")[2])
-    assert last["state"] == "done", last
-    result: dict[str, Any] = last["result"]
-    return result
-
-
 def test_pictures_are_drawn_by_a_job_and_handed_out(studio: Studio) -> None:
     body = {"scene": "asteroids", "policies": ["straight"], "worlds": 2, "seed": 77}
-    number = ended(studio, studio.client.post(f"{API}/evaluations", json=body).json())["evaluation"]
+    number = result_of(studio, studio.client.post(f"{API}/evaluations", json=body))["evaluation"]
     pictures = f"{API}/evaluations/{number}/pictures"
     before = studio.client.get(pictures).json()
     assert before == {"items": [], "left_out": None, "whole": False}
     assert studio.client.get(f"{pictures}/paths.svg").status_code == 404
 
-    drawn = ended(studio, studio.client.post(pictures).json())
+    drawn = result_of(studio, studio.client.post(pictures))
     listed = studio.client.get(pictures).json()
     assert listed["whole"]
     assert [one["name"] for one in listed["items"]] == drawn["pictures"]
@@ -52,7 +41,7 @@ def test_pictures_are_drawn_by_a_job_and_handed_out(studio: Studio) -> None:
         "worlds": [],
         "count": 0,
     }
-    repeated = ended(studio, studio.client.post(f"{API}/evaluations/{number}/again").json())
+    repeated = result_of(studio, studio.client.post(f"{API}/evaluations/{number}/again"))
     assert repeated["same"]
 
 

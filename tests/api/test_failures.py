@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Any
 
 from evastudio.live import headless
+from tests.api.jobs import result_of
 
 if TYPE_CHECKING:
     from conftest import Studio
@@ -14,23 +14,12 @@ API = "/api/v1"
 FIELD = {"density": 0.3}
 
 
-def done(studio: Studio, answer: Any) -> Any:
-    """What came out of a job, once it has ended."""
-    assert answer.status_code == 202, answer.text
-    number = answer.json()["id"]
-    with studio.client.stream("GET", f"{API}/jobs/{number}/events") as events:
-        told = [line for line in events.iter_lines() if line.startswith("data: ")]
-    job = json.loads(told[-1].removeprefix("data: "))
-    assert job["state"] == "done", job["error"]
-    return job["result"]
-
-
 def test_one_is_taken_to_where_it_fails_and_asks_why(studio: Studio) -> None:
     workspace = studio.workspace
     headless.record(workspace, "asteroids", minutes=0.5, options=FIELD, session="Few")
     headless.fit(workspace, "Few", learner="knn", delay="off", name="few")
     body = {"policy": "straight", "scene": "asteroids", "options": FIELD, "worlds": 8, "most": 1}
-    told = done(studio, studio.client.post(f"{API}/failures", json=body))
+    told = result_of(studio, studio.client.post(f"{API}/failures", json=body))
     (failure,) = told["failures"]
     stage = studio.client.post(f"{API}/stages", json={"scene": "asteroids"}).json()["id"]
 
@@ -64,7 +53,7 @@ def test_one_is_taken_to_where_nobody_has_been(studio: Studio) -> None:
         studio.workspace, "asteroids", minutes=0.3, options=FIELD, session="Thin"
     )
     url = f"{API}/sessions/{made['session']}/places"
-    place = done(studio, studio.client.post(url, json={"places": 1}))["places"][0]
+    place = result_of(studio, studio.client.post(url, json={"places": 1}))["places"][0]
     body = {"scene": "asteroids", "session": made["session"]}
     stage = studio.client.post(f"{API}/stages", json=body).json()["id"]
     push = {"keys": place["keys"], "steps": place["steps"]}

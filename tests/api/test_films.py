@@ -3,23 +3,13 @@
 from __future__ import annotations
 
 import io
-import json
-from typing import Any
 
 import av
 
+from tests.api.jobs import result_of
 from tests.conftest import Studio
 
 API = "/api/v1"
-
-
-def ended(studio: Studio, job: dict[str, Any]) -> dict[str, Any]:
-    """What the job came to."""
-    told = studio.client.get(f"{API}/jobs/{job['id']}/events", timeout=120.0).text
-    last = json.loads(told.strip().rpartition("data: ")[2])
-    assert last["state"] == "done", last
-    result: dict[str, Any] = last["result"]
-    return result
 
 
 def test_a_take_is_made_into_a_video_and_a_page(studio: Studio) -> None:
@@ -33,7 +23,7 @@ def test_a_take_is_made_into_a_video_and_a_page(studio: Studio) -> None:
     client.post(f"{API}/takes/{take}/actions", json=actions).raise_for_status()
 
     video = {"form": "mp4", "width": 160, "height": 90, "camera": "far"}
-    done = ended(studio, client.post(f"{API}/takes/{take}/film", json=video).json())
+    done = result_of(studio, client.post(f"{API}/takes/{take}/film", json=video))
     assert done["film"] == f"asteroids-take-{take}.mp4"
     got = client.get(f"{API}/films/{done['film']}")
     assert got.headers["content-type"] == "video/mp4"
@@ -43,7 +33,7 @@ def test_a_take_is_made_into_a_video_and_a_page(studio: Studio) -> None:
     again = {"If-None-Match": got.headers["etag"]}
     assert client.get(f"{API}/films/{done['film']}", headers=again).status_code == 304
 
-    page = ended(studio, client.post(f"{API}/takes/{take}/film", json={}).json())["film"]
+    page = result_of(studio, client.post(f"{API}/takes/{take}/film", json={}))["film"]
     html = client.get(f"{API}/films/{page}")
     assert html.headers["content-type"] == "text/html; charset=utf-8"
     assert html.headers["content-disposition"].startswith("attachment")

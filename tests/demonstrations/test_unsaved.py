@@ -24,6 +24,7 @@ from evastudio.world.snapshot import Snapshot
 from tests.demonstrations.recording import add, tried
 from tests.postgres import Postgres
 
+Waiting = tuple[Store, int, Path]
 LOCK = """
 import sqlite3, sys
 connection = sqlite3.connect(sys.argv[1], isolation_level=None)
@@ -109,85 +110,83 @@ def left_by_a_closed_recorder(scene: Scene, file: Path, folder: Path, pairs: int
     return left
 
 
-def test_a_take_for_a_read_only_store_is_taken_in_later(
-    scene: Scene, file: Path, folder: Path
-) -> None:
+@pytest.fixture
+def waiting(scene: Scene, file: Path, folder: Path) -> Iterator[Waiting]:
+    """An open store, a session of it, and what is left of a take that it could not be told of."""
     with Store(f"sqlite:///{file}") as store:
-        session = store.create_session(scene, "Later", "test", 0.0)
-        left = left_by_a_closed_recorder(scene, file, folder)
-        assert store.takes(session) == []
-        (taken,) = take_in(store, [folder])
-        assert (taken.path, taken.takes, taken.pairs) == (left, 1, 14)
-        assert not folder.exists()
-        (take,) = store.takes(session)
-        assert (take.pairs, take.outcome) == (14, "crossed")
-        assert whole(store, take.id, 14)
+        session = store.create_session(scene, "Waiting", "test", 0.0)
+        yield store, session, left_by_a_closed_recorder(scene, file, folder)
+
+
+def take_in_again(store: Store, copy: Path, left: Path) -> None:
+    """Take in what was left, as `copy` has it, whether or not it was taken in before."""
+    left.parent.mkdir(exist_ok=True)
+    shutil.copy(copy, left)
+    take_in(store, [left.parent])
+
+
+def test_a_take_for_a_read_only_store_is_taken_in_later(folder: Path, waiting: Waiting) -> None:
+    store, session, left = waiting
+    assert store.takes(session) == []
+    (taken,) = take_in(store, [folder])
+    assert (taken.path, taken.takes, taken.pairs) == (left, 1, 14)
+    assert not folder.exists()
+    (take,) = store.takes(session)
+    assert (take.pairs, take.outcome) == (14, "crossed")
+    assert whole(store, take.id, 14)
 
 
 @pytest.mark.parametrize("again", ["nothing of it", "its beginning", "all of it"])
 def test_what_a_killed_studio_had_written_is_not_written_again(
-    scene: Scene, file: Path, folder: Path, again: str
+    folder: Path, waiting: Waiting, again: str
 ) -> None:
-    with Store(f"sqlite:///{file}") as store:
-        session = store.create_session(scene, "Once", "test", 0.0)
-        left = left_by_a_closed_recorder(scene, file, folder)
-        copy = folder.parent / "copy"
-        shutil.copy(left, copy)
-        if again == "its beginning":
-            left.write_bytes(copy.read_bytes()[:-2000])
-        if again != "nothing of it":
-            take_in(store, [folder])
-            folder.mkdir(exist_ok=True)
-            shutil.copy(copy, left)
+    store, session, left = waiting
+    copy = folder.parent / "copy"
+    shutil.copy(left, copy)
+    if again == "its beginning":
+        left.write_bytes(left.read_bytes()[:-2000])
+    if again != "nothing of it":
         take_in(store, [folder])
-        (take,) = store.takes(session, trashed=None)
-        assert (take.pairs, take.outcome) == (14, "crossed")
-        assert whole(store, take.id, 14)
+    take_in_again(store, copy, left)
+    (take,) = store.takes(session, trashed=None)
+    assert (take.pairs, take.outcome) == (14, "crossed")
+    assert whole(store, take.id, 14)
 
 
 def test_a_take_killed_before_its_first_pairs_leaves_no_trace(
-    scene: Scene, file: Path, folder: Path
+    folder: Path, waiting: Waiting
 ) -> None:
-    with Store(f"sqlite:///{file}") as store:
-        session = store.create_session(scene, "Begun", "test", 0.0)
-        left = left_by_a_closed_recorder(scene, file, folder)
-        data, end = left.read_bytes(), 0
-        for _ in ("header", "beginning"):
-            end += FRAME.size + FRAME.unpack_from(data, end)[0]
-        left.write_bytes(data[:end])
-        (waiting,) = unsaved([folder], store.identity)
-        assert waiting.spilled is not None
-        assert [entry.kind for entry in waiting.spilled.entries] == [BEGIN]
-        take_in(store, [folder])
-        assert store.takes(session, trashed=None) == []
-        assert not folder.exists()
+    store, session, left = waiting
+    data, end = left.read_bytes(), 0
+    for _ in ("header", "beginning"):
+        end += FRAME.size + FRAME.unpack_from(data, end)[0]
+    left.write_bytes(data[:end])
+    (found,) = unsaved([folder], store.identity)
+    assert found.spilled is not None
+    assert [entry.kind for entry in found.spilled.entries] == [BEGIN]
+    take_in(store, [folder])
+    assert store.takes(session, trashed=None) == []
+    assert not folder.exists()
 
 
 def test_a_take_in_the_trash_stays_there_and_a_deleted_one_gone(
-    scene: Scene, file: Path, folder: Path
+    folder: Path, waiting: Waiting
 ) -> None:
-    with Store(f"sqlite:///{file}") as store:
-        session = store.create_session(scene, "Thrown", "test", 0.0)
-        left = left_by_a_closed_recorder(scene, file, folder)
-        copy = folder.parent / "copy"
-        data = left.read_bytes()
-        shutil.copy(left, copy)
-        left.write_bytes(data[:-2000])
-        take_in(store, [folder])
-        (take,) = store.takes(session)
-        assert 0 < take.pairs < 14
-        store.trash_take(take.id, 1.0)
-        folder.mkdir()
-        shutil.copy(copy, left)
-        take_in(store, [folder])
-        (take,) = store.takes(session, trashed=True)
-        assert take.pairs == 14
-        store.empty_trash(session)
-        folder.mkdir()
-        shutil.copy(copy, left)
-        take_in(store, [folder])
-        assert store.takes(session, trashed=None) == []
-        assert not folder.exists()
+    store, session, left = waiting
+    copy = folder.parent / "copy"
+    shutil.copy(left, copy)
+    left.write_bytes(left.read_bytes()[:-2000])
+    take_in(store, [folder])
+    (take,) = store.takes(session)
+    assert 0 < take.pairs < 14
+    store.trash_take(take.id, 1.0)
+    take_in_again(store, copy, left)
+    (take,) = store.takes(session, trashed=True)
+    assert take.pairs == 14
+    store.empty_trash(session)
+    take_in_again(store, copy, left)
+    assert store.takes(session, trashed=None) == []
+    assert not folder.exists()
 
 
 def test_takes_whose_session_is_gone_are_kept_beside(
