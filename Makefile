@@ -19,7 +19,7 @@ export OPENBLAS_NUM_THREADS = 1
 run: $(VENV)/.installed
 	$(BIN)/evastudio
 
-test: $(VENV)/.dev chromium postgres nginx
+test: $(VENV)/.rl chromium postgres nginx
 	$(BIN)/python -m pytest
 
 # The store, its recorder and the stages are tested on both databases by `make test`; this runs
@@ -77,7 +77,7 @@ bench-street: $(VENV)/.dev
 
 # Reinforcement learning, by networks and tables, and cloning by the library imitation, which needs
 # an older gymnasium and so an environment of its own; into docs/baselines.md. About 10 CPU minutes.
-bench-rl: $(VENV)/.rl $(VENV)-imitation/.installed
+bench-rl: $(VENV)/.rl $(VENV)/.bench $(VENV)-imitation/.installed
 	$(BIN)/python -m benchmarks.rl --imitation $(VENV)-imitation/bin/python
 
 # The paper's tables measured here, into docs/paper.md.
@@ -106,9 +106,10 @@ lock:
 	rm -rf $(VENV)-lock
 	$(PYTHON) -m venv $(VENV)-lock
 	$(VENV)-lock/bin/python -m pip install -q --upgrade pip
-	$(VENV)-lock/bin/python -m pip install -q -e '.[dev,bench]'
+	$(VENV)-lock/bin/python -m pip install -q -e '.[dev,bench,rl]'
 	head -n 1 constraints.txt > constraints.new
-	$(VENV)-lock/bin/python -m pip freeze --exclude-editable >> constraints.new
+	$(VENV)-lock/bin/python -m pip freeze --exclude-editable --exclude torch \
+	  >> constraints.new
 	mv constraints.new constraints.txt
 	rm -rf $(VENV)-lock
 
@@ -162,8 +163,11 @@ $(VENV)/.bench: $(VENV)/.dev
 	$(BIN)/python -m pip install -q $(LOCK) -e '.[bench]'
 	touch $@
 
+# Practice by reward; PyTorch's own version is in pyproject.toml.
 $(VENV)/.rl: $(VENV)/.dev
-	$(BIN)/python -m pip install -q -e '.[bench,rl]'
+	$(BIN)/python -m pip install -q $(LOCK) -e '.[rl]' \
+	  || { echo "PyTorch's build for the processor alone is needed: docs/baselines.md says how pip" \
+	       "is told where it is." >&2; exit 1; }
 	touch $@
 
 $(VENV)-imitation/.installed:

@@ -1,4 +1,7 @@
-"""Practice as Stable-Baselines3 wants it. Only `ppo.py` imports this: it needs `evastudio[rl]`."""
+"""A scene's Gymnasium environment as Stable-Baselines3 wants it, and practice in it.
+
+Only `ppo.py` imports this: it needs `evastudio[rl]`.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,9 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 from evastudio.pilots.ppo import Weights
-from evastudio.world.practice import Practice
 from evastudio.world.scene import Perception, Scene
 from evastudio.world.snapshot import AnyArray
-from evastudio.world.spaces import Box
+from evastudio.world.vector_environment import SceneVectorEnvironment
 
 if TYPE_CHECKING:
     from evastudio.pilots.ppo import PPO
@@ -29,8 +31,9 @@ UNBOUNDED = 1e9
 def lessons(settings: PPO, scene: Scene, view: Perception) -> Iterator[tuple[int, Weights]]:
     """Practise as `settings` say; after each lesson the decisions so far and the policy."""
     torch.set_num_threads(1)  # networks this small wait for each other otherwise
+    environment = SceneVectorEnvironment(settings.worlds, scene, view)
     worlds = VecNormalize(
-        Worlds(settings, scene, view),
+        Worlds(environment, seed=settings.seed, calm=settings.calm),
         norm_reward=False,
         clip_obs=UNBOUNDED,
         gamma=settings.discount,
@@ -71,42 +74,50 @@ def _weights(learner: Any, worlds: Any) -> Weights:
 
 
 class Worlds(VecEnv):  # type: ignore[misc]
-    """`Practice` with actions in shares of half their range."""
+    """The worlds of an environment, with actions in shares of half their range.
 
-    def __init__(self, settings: PPO, scene: Scene, view: Perception) -> None:
-        self.practice = Practice(scene, view, worlds=settings.worlds, seed=settings.seed)
-        self.calm = settings.calm
-        action = scene.chosen(view)
-        assert isinstance(action, Box)
+    Each action costs `calm` times its square. Stable-Baselines3 wants a new world in the step in
+    which one ends, and the last state of the old one in the infos, as the environment has it.
+    """
+
+    def __init__(self, environment: SceneVectorEnvironment, *, seed: int, calm: float) -> None:
+        self.environment = environment
+        self.begins_with = seed
+        self.calm = calm
+        state, action = environment.perception.state, environment.chosen
         self.half = (action.high - action.low) / 2
         self.middle = (action.high + action.low) / 2
-        state = view.state
         super().__init__(
-            settings.worlds,
+            environment.num_envs,
             spaces.Box(state.low.astype(np.float32), state.high.astype(np.float32)),
             spaces.Box(-WIDE, WIDE, (action.size,)),
         )
 
     def reset(self) -> AnyArray:
-        return self.practice.states.astype(np.float32)
+        states, _ = self.environment.reset(seed=self.begins_with)
+        return states.astype(np.float32)
 
     def step_async(self, actions: AnyArray) -> None:
         self.actions = actions.astype(np.float64)
 
     def step_wait(self) -> tuple[AnyArray, AnyArray, AnyArray, list[dict[str, Any]]]:
-        told = self.practice.step(self.actions * self.half + self.middle)
-        effort = (np.clip(self.actions, -1.0, 1.0) ** 2).sum(axis=1)
-        ended = told.outcomes != 0
+        turned = self.actions * self.half + self.middle
+        states, rewards, terminated, truncated, told = self.environment.step(turned)
+        ended = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in ended]
-        for world, last in zip(np.flatnonzero(ended), told.last, strict=True):
-            infos[world] = {"terminal_observation": last.astype(np.float32)}
-        rewards = told.rewards - self.calm * effort
-        return told.states.astype(np.float32), rewards.astype(np.float32), ended, infos
-
-    # -- what Stable-Baselines3 asks beside; these worlds have nothing of the kind -------------
+        for world in np.flatnonzero(ended):
+            infos[world] = {
+                "terminal_observation": told["final_obs"][world].astype(np.float32),
+                "TimeLimit.truncated": bool(truncated[world] and not terminated[world]),
+            }
+        effort = (np.clip(self.actions, -1.0, 1.0) ** 2).sum(axis=1)
+        rewards = rewards - self.calm * effort
+        return states.astype(np.float32), rewards.astype(np.float32), ended, infos
 
     def close(self) -> None:
-        pass
+        self.environment.close()
+
+    # -- what Stable-Baselines3 asks beside; these worlds have nothing of the kind -------------
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         return [None] * self.num_envs

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from evastudio.world.environment import in_gymnasium, made
 from evastudio.world.practice import Practice
-from evastudio.world.scene import Scene
+from evastudio.world.scene import Perception, Scene
 from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Array
 
@@ -35,7 +35,7 @@ class SceneVectorEnvironment(VectorEnv):
         self,
         num_envs: int,
         scene: str | Scene,
-        perception: str | None = None,
+        perception: str | Perception | None = None,
         **options: float,
     ) -> None:
         self.num_envs = num_envs
@@ -50,14 +50,10 @@ class SceneVectorEnvironment(VectorEnv):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, Infos]:
-        """New worlds, which follow from `seed`, or go on from the last one."""
+        """New worlds, those of `Practice` by `seed`, or by one that follows from the last."""
         super().reset(seed=seed)
-        self._practice = Practice(
-            self.scene,
-            self.perception,
-            worlds=self.num_envs,
-            seed=int(self.np_random.integers(2**53)),
-        )
+        chosen = int(self.np_random.integers(2**53)) if seed is None else seed
+        self._practice = Practice(self.scene, self.perception, worlds=self.num_envs, seed=chosen)
         return self._practice.states, {"seed": self._practice.seeds, "_seed": self._all()}
 
     def step(
