@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
+from sqlalchemy import update
 
 import evastudio
+from evastudio.demonstrations import schema
+from evastudio.demonstrations.engine import writing
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
+from evastudio.evaluation.versions import versions
 from evastudio.workspace import Workspace
 
 OPTIONS = {"density": 3.0}
+OWN = """
+from evastudio.world.loading import load_scene_file
+from evastudio.workspace import shipped
+
+
+class Own(load_scene_file(shipped() / "scenes" / "asteroids.py")):
+    name, version = "own", {version}
+
+
+SCENE = Own
+"""
 
 
 def test_an_evaluation_is_kept_and_repeats_bit_for_bit(tmp_path: Path) -> None:
@@ -46,6 +62,26 @@ def test_a_policy_that_was_fitted_anew_since_is_named(tmp_path: Path) -> None:
     assert again["changed"] == ["policy mine"]
     assert not again["same"]
     assert "mine: turn" in again["differs"]
+
+
+def test_a_scene_and_packages_that_are_others_since_are_named(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    own = tmp_path / "scenes" / "own.py"
+    own.parent.mkdir()
+    own.write_text(OWN.format(version=3), encoding="utf-8")
+    number = evastudio.evaluate(workspace, ["straight"], scene="own", worlds=2)["evaluation"]
+    assert evastudio.repeat_evaluation(workspace, number)["changed"] == []
+    own.write_text(OWN.format(version=4), encoding="utf-8")
+    then = {**versions(), "evastudio": "0.0.1", "numpy": "1.0"}
+    with Store(workspace.store_url) as store, writing(store.engine) as connection:
+        connection.execute(update(schema.evaluations).values(versions=json.dumps(then)))
+    again = evastudio.repeat_evaluation(workspace, number)
+    assert again["changed"] == [
+        f"evastudio 0.0.1, now {versions()['evastudio']}",
+        f"numpy 1.0, now {versions()['numpy']}",
+        "scene 3, now 4",
+    ]
+    assert again["same"], "what changed need not change a figure"
 
 
 def test_what_cannot_be_evaluated_is_told(tmp_path: Path) -> None:
