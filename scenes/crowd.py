@@ -37,14 +37,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evastudio.errors import InvalidInputError
-from evastudio.motion.easing import smooth
-from evastudio.motion.figures import figures
-from evastudio.motion.footing import NOTICED, REST, Passage, at_home, complex_of, settling
+from evastudio.motion.footing import at_home
 from evastudio.motion.moment import Activity, Footing, Moment
-from evastudio.motion.peopled import Peopled
 from evastudio.motion.shapes import LOOKS
-from evastudio.scenery.boulder import FALL_S, boulder_bodies, boulder_meshes
-from evastudio.scenery.fleeing import DOWN_S, Boulder, fleeing, lying
+from evastudio.motion.walkers import Walkers, manners
+from evastudio.scenery.boulder import FALL_S, boulder_bodies, boulder_meshes, falling
+from evastudio.scenery.fleeing import DOWN_S, KNOCK, Boulder, fleeing, lying, running
 from evastudio.scenery.grid import (
     AHEAD,
     EIGHTH,
@@ -55,25 +53,19 @@ from evastudio.scenery.grid import (
     occupied,
     wrapped,
 )
-from evastudio.scenery.mingling import (
-    MINUTE_S,
-    cells_a_minute,
-    dithering,
-    longest_still_s,
-    longest_stuck_s,
-)
+from evastudio.scenery.mingling import MINUTE_S, mingled
 from evastudio.scenery.strolling import (
     CELL,
     LEFT,
     MOVES,
     RIGHT,
-    STAND,
     WALK,
     Ahead,
     Own,
     PaperState,
     Paths,
     cells_of,
+    strolled,
     symbols,
 )
 from evastudio.world.bodies import Body, Mesh
@@ -89,26 +81,16 @@ from evastudio.world.scene import (
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field
 
-RUN = 4.5
-"""Metres a second of somebody who flees."""
-HASTE = 6.0
-"""Metres a second by which a runner's speed changes in a second."""
-KNOCK = 3.5
-"""Who stands nearer to the impact than this is knocked over."""
 AFTER_S = 12.0
 """A world ends this long after the impact."""
 NOWHERE = 1e6
 """Metres to a boulder that has not been let go."""
-REMEMBERED = 20.0
-"""Steps over which it is remembered how much somebody walked."""
 EMERGE = 1.2
 """Metres over which people grow who come into the ground that is seen."""
-MANNERED = (0.5, 0.7)
-"""Shares of steps walked at which a walk is a shy one, and a hurried one."""
 WHIMS = 64
 
 
-class Crowd(Peopled):
+class Crowd(Walkers):
     """See the module's docstring."""
 
     name = "crowd"
@@ -163,7 +145,7 @@ class Crowd(Peopled):
     def __init__(self, **values: float) -> None:
         super().__init__(**values)
         self.people, self.side = int(self.values["people"]), int(self.values["side"])
-        self.characters = (self.people,)
+        self.characters, self.ground = (self.people,), self.side * CELL
         if self.people > self.side**2:
             raise InvalidInputError(
                 f"{self.people} people do not fit on {self.side} x {self.side} = {self.side**2} "
@@ -195,11 +177,7 @@ class Crowd(Peopled):
             {
                 "position": position,
                 "heading": heading,
-                "speed": np.zeros(shape),
-                "phase": rng.integers(2, size=shape) / 2 + 2 * REST * rng.random(shape),
-                "cadence": np.zeros(shape),
-                "feet": at_home(position, heading),
-                "brisk": np.full(shape, 0.5 * (MANNERED[0] + MANNERED[1])),
+                **self.standing(rng, position, heading),
                 "hit": np.zeros(shape, dtype=np.int64),
                 "blocked": np.zeros(shape, dtype=np.int64),
                 "boulder": np.tile((0.0, 0.0, -1.0), (worlds, 1)),
@@ -211,65 +189,20 @@ class Crowd(Peopled):
     def step(self, snapshot: Snapshot, actions: Array) -> Snapshot:
         """`actions` (worlds, N, 6)."""
         actions = self.action.clip(actions)
-        boulder = self._fall(snapshot, actions)
+        asked = actions[np.arange(snapshot.worlds), snapshot["lead"]]
+        boulder = falling(snapshot["boulder"], asked[:, 2] > 0.5, asked[:, 3:5], self.dt_s)
         struck = boulder[:, 2] >= FALL_S
         moving = {} if struck.all() else self._walk(snapshot, actions)
         if struck.any():
-            for name, wild in self._run(snapshot, actions, boulder).items():
+            near = self.nearest_image(snapshot)
+            for name, wild in running(snapshot, actions, boulder, near, self.dt_s).items():
                 here = struck.reshape(-1, *(1,) * (wild.ndim - 1))
                 moving[name] = np.where(here, wild, moving.get(name, wild))
         after = snapshot.after(**moving, boulder=boulder, steps=snapshot["steps"] + 1)
-        return after.after(**self._stepped(snapshot, after))
-
-    def _stepped(self, before: Snapshot, after: Snapshot) -> dict[str, AnyArray]:
-        """How legs got there: their phase, and where each foot stands."""
-        speed, size, phase = after["speed"], after["size"], before["phase"]
-        turn_rate = (after["heading"] - before["heading"]) / self.dt_s
-        cycles = figures().cadence(speed, turn_rate, size, manners(before)) * self.dt_s
-        stands = (speed == 0.0) & (turn_rate == 0.0)
-        cycles[stands] = settling(
-            before["feet"][stands],
-            after["position"][stands],
-            after["heading"][stands],
-            phase[stands],
-        )
-        after = after.after(
-            phase=phase + cycles,
-            cadence=cycles / self.dt_s,
-            brisk=before["brisk"] + ((speed > 0.0) - before["brisk"]) / REMEMBERED,
-        )
-        shifted = self._shifted(before, after)
-        feet = self._passage(shifted, after).landed(shifted["feet"])
-        down = lying(after)
-        feet[down] = at_home(after["position"][down], after["heading"][down])
-        return {**after.moving, "feet": feet}
-
-    def _shifted(self, before: Snapshot, after: Snapshot) -> Snapshot:
-        """`before`, by whole grounds to where it is nearest `after`."""
-        ground = self.side * CELL
-        shift = np.rint((after["position"] - before["position"]) / ground) * ground
-        if not shift.any():
-            return before
-        feet = before["feet"].copy()
-        feet[..., :2] += shift[:, :, None]
-        return before.after(position=before["position"] + shift, feet=feet)
-
-    def _passage(self, before: Snapshot, after: Snapshot) -> Passage:
-        """From one decision to the next."""
-        return Passage(
-            figures(),
-            self.dt_s,
-            complex_of(before["position"]),
-            complex_of(after["position"]),
-            before["speed"] * np.exp(1j * before["heading"]),
-            (before["heading"], after["heading"]),
-            (before["phase"], after["phase"]),
-            after["size"],
-            manners(before),
-        )
+        return self.walked(snapshot, after, lying(after))
 
     def notice(self, snapshot: Snapshot) -> Array:
-        ground, since = self.side * CELL, snapshot["boulder"][:, 2:]
+        ground, since = self.ground, snapshot["boulder"][:, 2:]
         away = snapshot["position"] - snapshot["boulder"][:, None, :2]
         around = away - np.rint(away / ground) * ground
         apart = np.hypot(*np.where(since[:, None] < FALL_S, around, away).transpose(2, 0, 1))
@@ -277,22 +210,6 @@ class Crowd(Peopled):
         falling, struck = (since >= 0.0) & (since < FALL_S), since >= FALL_S
         told = (falling, struck, snapshot["hit"], np.where(since < 0.0, NOWHERE, apart), x, y)
         return np.stack(np.broadcast_arrays(*told), axis=2).astype(np.float64)
-
-    def nearest_image(self, snapshot: Snapshot) -> Array:
-        """Positions (worlds, N, 2), shifted by whole grounds to where they are nearest the lead."""
-        ground = self.side * CELL
-        position = snapshot["position"]
-        lead = position[np.arange(snapshot.worlds), snapshot["lead"]][:, None]
-        return np.asarray(position - np.rint((position - lead) / ground) * ground)
-
-    def _fall(self, snapshot: Snapshot, actions: Array) -> Array:
-        """The boulder one step later: let go where the lead says so."""
-        before = snapshot["boulder"]
-        asked = actions[np.arange(snapshot.worlds), snapshot["lead"]]
-        begins = (asked[:, 2] > 0.5) & (before[:, 2] < 0.0)
-        later = before + np.where(before[:, 2:] < 0.0, 0.0, self.dt_s) * (0.0, 0.0, 1.0)
-        let_go = np.concatenate([asked[:, 3:5], np.zeros((len(asked), 1))], axis=1)
-        return np.where(begins[:, None], let_go, later)
 
     def _walk(self, snapshot: Snapshot, actions: Array) -> dict[str, AnyArray]:
         """Cell by cell. Of several who claim one cell one goes; who goes changes every step."""
@@ -337,29 +254,6 @@ class Crowd(Peopled):
         free = asks & ~looked_up(occupied(cells, self.side), target)
         return asks, granted(cells, facing, target, free, snapshot["steps"], self.side)
 
-    def _run(self, snapshot: Snapshot, actions: Array, boulder: Array) -> dict[str, AnyArray]:
-        """Freely, each as fast as they want within what legs can do."""
-        impact = (boulder[:, 2] >= FALL_S) & (snapshot["boulder"][:, 2] < FALL_S)
-        position = np.where(
-            impact[:, None, None], self.nearest_image(snapshot), snapshot["position"]
-        )
-        apart = np.hypot(*(position - boulder[:, None, :2]).transpose(2, 0, 1))
-        hit = snapshot["hit"] | (impact[:, None] & (apart < KNOCK))
-        up = (hit == 0) | (boulder[:, 2:] >= FALL_S + DOWN_S)
-        heading = snapshot["heading"] + np.where(up, actions[:, :, 0] * np.pi, 0.0)
-        most = HASTE * self.dt_s
-        change = np.clip(actions[:, :, 1] * RUN - snapshot["speed"], -most, most)
-        speed = np.where(up, snapshot["speed"] + change, 0.0)
-        distance = speed * self.dt_s
-        way = np.stack([np.cos(heading), np.sin(heading)], axis=2)
-        return {
-            "position": position + way * distance[:, :, None],
-            "heading": heading,
-            "speed": speed,
-            "hit": hit,
-            "blocked": snapshot["blocked"],
-        }
-
     def outcome(self, snapshot: Snapshot) -> NDArray[np.int64]:
         after = snapshot["boulder"][:, 2] - FALL_S
         late = snapshot["steps"] * self.dt_s >= self.values["length"]
@@ -376,15 +270,9 @@ class Crowd(Peopled):
             return {}
         places = wrapped(cells_of(walk), self.side) @ (1, self.side)
         minutes = (walk.worlds - 1) * self.dt_s / MINUTE_S
-        turns = (codes == LEFT).astype(np.int64) - (codes == RIGHT)
         return {
             "blocked_per_minute": float(np.ptp(walk["blocked"], axis=0).mean() / minutes),
-            "stuck_s": float(longest_stuck_s(places, codes == WALK, self.dt_s).max()),
-            "still_s": float(longest_still_s(places, codes == STAND, self.dt_s).max()),
-            "cells_per_minute": float(cells_a_minute(places, self.dt_s).mean()),
-            "dithering": float(dithering(turns).mean()),
-            "standing": float((codes == STAND).mean()),
-            "turning": float((turns != 0).mean()),
+            **mingled(places, codes, self.dt_s),
         }
 
     def intention(
@@ -408,18 +296,10 @@ class Crowd(Peopled):
         drop_s: when the lead lets the boulder fall, near by; 0 for never.
         drop_within_s: up to so much later, by chance.
         """
-        free = clearances(cells_of(snapshot), eighths(snapshot["heading"]), self.side, (0, 1, -1))
         whim = np.take_along_axis(
             snapshot["whims"], (snapshot["steps"] % WHIMS)[:, None, None], axis=2
         )[:, :, 0]
-        ahead, left, right = free[:, :, 0], free[:, :, 1], free[:, :, 2]
-        side = np.where(left > right, LEFT, np.where(right > left, RIGHT, 0))
-        side = np.where(side == 0, np.where(whim < 0.5, LEFT, RIGHT), side)
-        chosen = np.select(
-            [ahead <= room, whim < wander / 2, whim > 1 - wander / 2, whim < wander / 2 + rest],
-            [side, LEFT, RIGHT, STAND],
-            default=WALK,
-        )
+        chosen = strolled(snapshot, self.side, whim, room, wander, rest)
         actions = np.zeros((*chosen.shape, self.action.size))
         actions[:, :, :2] = MOVES[chosen]
         struck = snapshot["boulder"][:, 2] >= FALL_S
@@ -438,28 +318,6 @@ class Crowd(Peopled):
         return actions
 
     # -- what it looks like --------------------------------------------------------------------
-
-    def interpolate(self, before: Snapshot, after: Snapshot, fraction: float) -> Snapshot:
-        before = self._shifted(before, after)
-        way = self._passage(before, after)
-        footing = way.footing(fraction, before["feet"], after["feet"])
-        eased = {
-            name: before[name]
-            + (after[name] - before[name]) * smooth(np.asarray(fraction / NOTICED))
-            for name in ("speed", "cadence")
-        }
-        return (
-            super()
-            .interpolate(before, after, fraction)
-            .after(
-                **eased,
-                position=way.position(fraction),
-                heading=way.heading(fraction),
-                turn_rate=way.turn_rate(fraction),
-                feet=footing.stood,
-                aims=footing.aims,
-            )
-        )
 
     def meshes(self) -> Mapping[str, Mesh]:
         return {
@@ -481,15 +339,7 @@ class Crowd(Peopled):
         struck_s = float(world["boulder"][0, 2]) - FALL_S
         position, size, speed = world["position"][0], world["size"][0], world["speed"][0]
         feet = world["feet"][0]
-        if "aims" not in world.moving:  # between no two decisions: as if all went on as they do
-            on = world["speed"][:, :, None] * np.stack(
-                [np.cos(world["heading"]), np.sin(world["heading"])], axis=2
-            )
-            then = world.after(
-                position=world["position"] + on * self.dt_s,
-                phase=world["phase"] + world["cadence"] * self.dt_s,
-            )
-            world = self.interpolate(world, then, 0.0)
+        world = self.striding(world)
         aims = world["aims"][0]
         if struck_s < 0.0:
             shift = self.nearest_image(world)[0] - position
@@ -499,7 +349,7 @@ class Crowd(Peopled):
             aims[..., :2] += shift[:, None]
         # The ground has no edge: far from the lead people come out of nowhere, growing.
         lead = position[int(world["lead"][0])]
-        inside = self.side * CELL / 2 - np.abs(position - lead).max(axis=1)
+        inside = self.ground / 2 - np.abs(position - lead).max(axis=1)
         grown = np.clip(inside / EMERGE, 0.02, 1.0)
         grown = np.clip(grown + np.clip(struck_s, 0.0, 1.0), 0.0, 1.0)
         down = (world["hit"][0] > 0) & (struck_s >= 0.0) & (struck_s < DOWN_S)
@@ -528,12 +378,6 @@ class Crowd(Peopled):
             cadences=world["cadence"][0],
             footing=Footing(stood, next_ones),
         )
-
-
-def manners(snapshot: Snapshot) -> Array:
-    """How people walk, (worlds, N), from shy, -1, to hurried, 1: by how much they do it."""
-    low, high = MANNERED
-    return np.clip(2.0 * (snapshot["brisk"] - low) / (high - low) - 1.0, -1.0, 1.0)
 
 
 SCENE: type[Scene] = Crowd

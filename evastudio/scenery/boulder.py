@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from evastudio.world.bodies import Body, Mesh
 from evastudio.world.spaces import Array
@@ -17,6 +18,17 @@ HEIGHT = 22.0
 BOULDER = 1.6
 """Its radius, metres."""
 PUFFS = 60
+
+
+def falling(boulder: Array, asked: NDArray[np.bool_], where: Array, dt_s: float) -> Array:
+    """Boulders (worlds, 3) a step later; where one is `asked` for and there is none, it is let go.
+
+    where: what it is to hit, (worlds, 2).
+    """
+    begins = asked & (boulder[:, 2] < 0.0)
+    later = boulder + np.where(boulder[:, 2:] < 0.0, 0.0, dt_s) * (0.0, 0.0, 1.0)
+    let_go = np.concatenate([where, np.zeros((len(where), 1))], axis=1)
+    return np.where(begins[:, None], let_go, later)
 
 
 @lru_cache(maxsize=1)

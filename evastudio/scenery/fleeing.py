@@ -15,6 +15,12 @@ from evastudio.world.scene import Percept, Perception, Scene
 from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array, Box, Field
 
+RUN = 4.5
+"""Metres a second of somebody who flees."""
+HASTE = 6.0
+"""Metres a second by which a runner's speed changes in a second."""
+KNOCK = 3.5
+"""Who stands nearer to the impact than this is knocked over."""
 DOWN_S = 2.5
 """How long it takes to be up again."""
 
@@ -65,6 +71,33 @@ def fleeing(snapshot: Snapshot, size: int, haste: float) -> Array:
     actions[:, :, 0] = haste * (np.remainder(turn + np.pi, 2 * np.pi) - np.pi) / np.pi
     actions[:, :, 1] = 1.0
     return actions
+
+
+def running(
+    snapshot: Snapshot, actions: Array, boulder: Array, near: Array, dt_s: float
+) -> dict[str, AnyArray]:
+    """A step later: freely, each as fast as they want within what legs can do.
+
+    boulder: as it is then. near: the positions that count at the impact, (worlds, N, 2).
+    """
+    impact = (boulder[:, 2] >= FALL_S) & (snapshot["boulder"][:, 2] < FALL_S)
+    position = np.where(impact[:, None, None], near, snapshot["position"])
+    apart = np.hypot(*(position - boulder[:, None, :2]).transpose(2, 0, 1))
+    hit = snapshot["hit"] | (impact[:, None] & (apart < KNOCK))
+    up = (hit == 0) | (boulder[:, 2:] >= FALL_S + DOWN_S)
+    heading = snapshot["heading"] + np.where(up, actions[:, :, 0] * np.pi, 0.0)
+    most = HASTE * dt_s
+    change = np.clip(actions[:, :, 1] * RUN - snapshot["speed"], -most, most)
+    speed = np.where(up, snapshot["speed"] + change, 0.0)
+    distance = speed * dt_s
+    way = np.stack([np.cos(heading), np.sin(heading)], axis=2)
+    return {
+        "position": position + way * distance[:, :, None],
+        "heading": heading,
+        "speed": speed,
+        "hit": hit,
+        "blocked": snapshot["blocked"],
+    }
 
 
 def lying(snapshot: Snapshot) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from evastudio.scenery.strolling import LEFT, RIGHT, STAND, WALK
 from evastudio.world.spaces import Array
 
 MINUTE_S = 60.0
@@ -48,6 +49,20 @@ def dithering(turns: NDArray[np.int64]) -> Array:
     if len(turns) < 2:
         return np.full(turns.shape[1:], np.nan)
     return np.asarray((turns[1:] * turns[:-1] == -1).mean(axis=0))
+
+
+def mingled(places: NDArray[np.int64], codes: NDArray[np.int64], dt_s: float) -> dict[str, float]:
+    """Of a walk through `places`, doing what `codes` say (symbols, of the same shape): the longest
+    of anybody, and means over people."""
+    turns = (codes == LEFT).astype(np.int64) - (codes == RIGHT)
+    return {
+        "stuck_s": float(longest_stuck_s(places, codes == WALK, dt_s).max()),
+        "still_s": float(longest_still_s(places, codes == STAND, dt_s).max()),
+        "cells_per_minute": float(cells_a_minute(places, dt_s).mean()),
+        "dithering": float(dithering(turns).mean()),
+        "standing": float((codes == STAND).mean()),
+        "turning": float((turns != 0).mean()),
+    }
 
 
 def _longest(places: NDArray[np.int64], counts: Callable[[Array, int], Array]) -> Array:

@@ -65,6 +65,25 @@ def cells_of(snapshot: Snapshot) -> NDArray[np.int64]:
     return np.asarray(np.rint(snapshot["position"] / CELL).astype(np.int64))
 
 
+def strolled(
+    snapshot: Snapshot, side: int, whim: Array, room: float, wander: float, rest: float
+) -> NDArray[np.int64]:
+    """What somebody does who turns to the freer side before somebody comes too near, (worlds, N).
+
+    whim: a random number of each, 0 to 1. room: cells kept free ahead. wander, rest: how often one
+    turns or stands still though nothing is in the way, shares of the decisions.
+    """
+    free = clearances(cells_of(snapshot), eighths(snapshot["heading"]), side, (0, 1, -1))
+    ahead, left, right = free[:, :, 0], free[:, :, 1], free[:, :, 2]
+    freer = np.where(left > right, LEFT, np.where(right > left, RIGHT, 0))
+    freer = np.where(freer == 0, np.where(whim < 0.5, LEFT, RIGHT), freer)
+    return np.select(
+        [ahead <= room, whim < wander / 2, whim > 1 - wander / 2, whim < wander / 2 + rest],
+        [freer, LEFT, RIGHT, STAND],
+        default=WALK,
+    )
+
+
 def felt(
     snapshot: Snapshot, side: int, table: NDArray[np.int64], felt_there: Array, count: int
 ) -> Array:
