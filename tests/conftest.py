@@ -29,6 +29,14 @@ settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Where tests run side by side: a file stays together, and so does all that draws in a browser,
+    which takes more than a processor by itself."""
+    for item in items:
+        drawn = "browser" in item.path.parent.parts
+        item.add_marker(pytest.mark.xdist_group("browser" if drawn else item.path.stem))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def compiled() -> None:
     """Tests time out on what they wait for, not on the compiler."""
