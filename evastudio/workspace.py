@@ -25,12 +25,16 @@ class Workspace:
     """Where a user's things are. Reading needs nothing; `ready` makes it writable."""
 
     root: Path
+    """Its folder; a string that names one will do."""
     store: str | None = field(default=None, repr=False)
     """URL of the session store, with its password if it has one; `studio.db` in `root` when
     None."""
     paths: bool = True
     """Whether a policy may be named by the path of its file, too. A server's may not: who talks to
     it from afar, or sends it a switch, would read any file of this machine."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "root", Path(self.root))
 
     @property
     def store_url(self) -> str:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import tomllib
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import httpx
+import pytest
 import typer.main
 
 from evastudio.cli import app
@@ -77,3 +79,13 @@ def test_the_examples_of_the_api_run_as_they_stand(studio: Studio) -> None:
     client = names["api"]
     assert isinstance(client, httpx.Client)
     client.close()
+
+
+def test_the_python_in_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    shorter = example.replace("minutes=8", "minutes=1").replace("worlds=200", "worlds=8")
+    assert len(shorter) == len(example) - 2
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    exec(shorter, names)
+    assert (tmp_path / "my-folder" / "policies" / f"{names['policy']}.safetensors").is_file()

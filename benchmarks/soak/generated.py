@@ -241,10 +241,15 @@ def run(quick: bool, seed: int) -> bool:
                 seed=seed,
                 folder=folder,
             )
-            same = contents(studio.workspace) == before
+            after = contents(studio.workspace)
+            changed = sorted(
+                Path(one).name for one in {**before, **after} if before.get(one) != after.get(one)
+            )
             held = held and (quick or found.cases >= CASES) and not found.failures
-            held = held and (same or role == "author")
-            kept = "as it was" if same else "changed"
+            held = held and (not changed or role == "author")
+            kept = "as it was"
+            if changed:
+                kept = "changed" if role == "author" else f"changed: {', '.join(changed)}"
             told = (role, f"{found.cases:,}", len(found.failures), kept, f"{found.seconds:.0f}")
             rows.append(f"| {' | '.join(map(str, told))} |")
             print(rows[-1], *found.failures, sep="\n\n", flush=True)

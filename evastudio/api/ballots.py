@@ -74,13 +74,13 @@ def get_table(studio: Studio, visitor: Visitor) -> Response:
     return Response(table, media_type=MARKDOWN, headers=named)
 
 
-@router.get("/{ballot}")
+@router.get("/{ballot:int}")
 def get_ballot(ballot: int, studio: Studio, visitor: Visitor) -> BallotOut:
     """One ballot. No names."""
     return _told(preferences.find_ballot(studio.store, ballot), studio, visitor)
 
 
-@router.get("/{ballot}/preference")
+@router.get("/{ballot:int}/preference")
 def get_preference(ballot: int, studio: Studio, visitor: Visitor) -> PreferenceOut:
     """What came of a ballot so far; told to a viewer who has voted on it."""
     found = preferences.find_ballot(studio.store, ballot)
@@ -89,7 +89,7 @@ def get_preference(ballot: int, studio: Studio, visitor: Visitor) -> PreferenceO
     return PreferenceOut.model_validate(preferences.preference(studio.store, found))
 
 
-@router.post("/{ballot}/showings", status_code=status.HTTP_201_CREATED)
+@router.post("/{ballot:int}/showings", status_code=status.HTTP_201_CREATED)
 async def show_pair(ballot: int, studio: Studio, visitor: Visitor) -> LineupOut:
     """The two side by side, in the next world that one has not voted on: a lineup, no names.
 
@@ -108,7 +108,7 @@ async def show_pair(ballot: int, studio: Studio, visitor: Visitor) -> LineupOut:
     return await shown(await asyncio.to_thread(show), studio)
 
 
-@router.post("/{ballot}/votes", status_code=status.HTTP_201_CREATED)
+@router.post("/{ballot:int}/votes", status_code=status.HTTP_201_CREATED)
 def vote(ballot: int, body: VoteIn, studio: Studio, visitor: Visitor) -> VoteOut:
     """Say which of the two that were shown was livelier; who they were."""
     found = preferences.find_ballot(studio.store, ballot)
@@ -122,7 +122,7 @@ def vote(ballot: int, body: VoteIn, studio: Studio, visitor: Visitor) -> VoteOut
     )
 
 
-@router.delete("/{ballot}", status_code=status.HTTP_204_NO_CONTENT)
+@router.delete("/{ballot:int}", status_code=status.HTTP_204_NO_CONTENT)
 def delete_ballot(ballot: int, studio: Studio) -> None:
     """Forget a ballot and its votes."""
     preferences.delete_ballot(studio.store, ballot)
