@@ -1,4 +1,4 @@
-"""What a beginner minds: advice while they fly, the good end of a take, a fit that takes too long."""
+"""What a beginner minds: advice as they fly, the good end of a take, a fit that takes too long."""
 
 from __future__ import annotations
 
