@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from evastudio.client.ballots import Ballots
 from evastudio.client.connection import Connection
 from evastudio.client.evaluations import Evaluations
+from evastudio.client.films import Films
 from evastudio.client.jobs import Jobs
+from evastudio.client.lineups import Lineups
 from evastudio.client.policies import Policies
 from evastudio.client.scenes import Scenes
 from evastudio.client.sessions import Sessions
+from evastudio.client.studies import Studies
 from evastudio.client.takes import Takes
 from evastudio.client.worlds import Worlds
 
@@ -28,6 +32,10 @@ class Studio:
         self.takes = Takes(self._connection)
         self.policies = Policies(self._connection)
         self.evaluations = Evaluations(self._connection)
+        self.lineups = Lineups(self._connection)
+        self.ballots = Ballots(self._connection)
+        self.films = Films(self._connection)
+        self.studies = Studies(self._connection)
         self.jobs = Jobs(self._connection)
         self.worlds = Worlds(self._connection)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import http.server
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,12 +27,6 @@ from evastudio.live import headless
 
 if TYPE_CHECKING:
     from conftest import Studio
-
-
-@pytest.fixture
-def far(studio: Studio) -> Iterator[Client]:
-    with Client(studio.url) as made:
-        yield made
 
 
 def test_scenes_say_what_there_is(far: Client) -> None:
