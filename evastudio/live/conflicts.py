@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import json
-import zipfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property, lru_cache
@@ -14,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.pairs import Pairs
 from evastudio.demonstrations.records import SessionRecord, Verdict, Verdicts
-from evastudio.errors import InvalidInputError, NotFoundError
+from evastudio.errors import InvalidInputError, NotFoundError, StorageError
 from evastudio.learning.cleaning import Cleaning
 from evastudio.learning.conflicts import usual_actions
 from evastudio.workspace import Workspace
@@ -67,6 +66,34 @@ class Conflicts:
     """Beyond which it is a conflict where the threshold is "auto", (pairs,)."""
     neighbors: NDArray[np.int32]
     """The pairs that each was compared with, nearest first, (pairs, l)."""
+
+    def __post_init__(self) -> None:
+        """Raises StorageError where these do not fit together: a file may have been changed."""
+        pairs, columns = len(self.takes), len(self.about.span) or 1
+        shapes = {
+            "takes": (pairs,),
+            "steps": (pairs,),
+            "actions": (pairs, columns),
+            "deviations": (pairs,),
+            "limits": (pairs,),
+            "neighbors": (pairs, self.about.n_neighbors),
+        }
+        whole = all(
+            getattr(self, name).shape == shape
+            and getattr(self, name).dtype.kind == ("i" if name in _WHOLE else "f")
+            for name, shape in shapes.items()
+        )
+        if whole and pairs:
+            names = len(self.about.names)
+            whole = self.neighbors.min() >= 0 and self.neighbors.max() < pairs
+            if self.about.span:
+                whole &= names == columns
+            else:
+                whole &= bool(np.isin(self.actions, np.arange(names)).all())
+        if not whole:
+            raise StorageError(
+                f"The conflicts of session {self.about.session} are damaged. Look for them again."
+            )
 
     @staticmethod
     def of(about: About, pairs: Pairs, found: Cleaning) -> Conflicts:
@@ -136,10 +163,9 @@ class Conflicts:
 
     def save(self, workspace: Workspace) -> None:
         """Keep it in place of what was found in the session before. Raises StorageError."""
-        file = io.BytesIO()
+        about = np.frombuffer(json.dumps(asdict(self.about)).encode(), dtype=np.uint8)
         arrays = {name: getattr(self, name) for name in _ARRAYS}
-        np.savez(file, about=np.array(json.dumps(asdict(self.about))), **arrays)
-        write_whole(_path(workspace, self.about.session), file.getvalue())
+        write_whole(_path(workspace, self.about.session), pack({"about": about, **arrays}))
 
     def _find(self, take: int, step: int) -> int | None:
         if not (0 <= take < _MOST and 0 <= step < _MOST):
@@ -157,6 +183,7 @@ class Conflicts:
         return order, keys[order]
 
 
+_WHOLE = ("takes", "steps", "neighbors")
 _ARRAYS = tuple(field.name for field in fields(Conflicts) if field.name != "about")
 
 
@@ -168,7 +195,7 @@ def find_conflicts(workspace: Workspace, store: str, session: SessionRecord) -> 
     path = _path(workspace, session.id)
     try:
         found = _read(path, path.stat().st_mtime_ns)
-    except (OSError, ValueError, KeyError, TypeError, zipfile.BadZipFile):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         found = None
     if found is None or found.about.store != store:
         raise NotFoundError(
@@ -179,11 +206,11 @@ def find_conflicts(workspace: Workspace, store: str, session: SessionRecord) -> 
 
 @lru_cache(maxsize=READ)
 def _read(path: Path, _written_ns: int) -> Conflicts:
-    with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as kept:
-        told: dict[str, Any] = json.loads(str(kept["about"]))
-        told["seen"] = {int(take): pairs for take, pairs in told["seen"].items()}
-        about = About(**{**told, "span": tuple(told["span"]), "names": tuple(told["names"])})
-        return Conflicts(about, **{name: kept[name] for name in _ARRAYS})
+    kept = unpack(path.read_bytes(), "file of conflicts")
+    told: dict[str, Any] = json.loads(kept.pop("about").tobytes())
+    told["seen"] = {int(take): pairs for take, pairs in told["seen"].items()}
+    about = About(**{**told, "span": tuple(told["span"]), "names": tuple(told["names"])})
+    return Conflicts(about, **kept)
 
 
 def _key(take: Any, step: Any) -> Any:
@@ -191,4 +218,4 @@ def _key(take: Any, step: Any) -> Any:
 
 
 def _path(workspace: Workspace, session: int) -> Path:
-    return workspace.conflicts / f"{session}.npz"
+    return workspace.conflicts / f"{session}.safetensors"

@@ -12,6 +12,7 @@ import pytest
 
 import evastudio
 from evastudio.demonstrations.by_hand import mark_by_hand
+from evastudio.demonstrations.packing import pack, unpack
 from evastudio.demonstrations.records import SessionRecord, Verdict
 from evastudio.demonstrations.store import Store
 from evastudio.errors import InvalidInputError, NotFoundError
@@ -180,12 +181,44 @@ def test_nobody_has_looked_in_another_store_or_at_all(workspace: Workspace, stor
     with pytest.raises(NotFoundError, match="Look first"):
         find_conflicts(workspace, "another store", session)
     (path,) = workspace.conflicts.iterdir()
-    path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(NotFoundError, match="Look first"):
-        find_conflicts(workspace, store.identity, session)
     path.unlink()
     with pytest.raises(NotFoundError, match="Look first"):
         find_conflicts(workspace, store.identity, session)
+
+
+def test_a_file_of_conflicts_that_was_changed_counts_as_none(
+    workspace: Workspace, store: Store
+) -> None:
+    session, whole = found(workspace, store)
+    (path,) = workspace.conflicts.iterdir()
+    data, arrays = path.read_bytes(), unpack(path.read_bytes(), "file")
+    told = json.loads(arrays["about"].tobytes())
+
+    def with_about(**changed: object) -> bytes:
+        text = json.dumps({**told, **changed}).encode()
+        return pack({**arrays, "about": np.frombuffer(text, dtype=np.uint8)})
+
+    beyond = np.full_like(whole.neighbors, len(whole.takes))
+    for changed in (
+        data[:1000],
+        b"",
+        pack({**arrays, "steps": whole.steps[:-1]}),
+        pack({**arrays, "actions": whole.actions[:, :1]}),
+        pack({**arrays, "takes": whole.takes.astype(np.float64)}),
+        pack({**arrays, "neighbors": beyond}),
+        pack({**arrays, "neighbors": -1 - whole.neighbors}),
+        pack({**arrays, "more": whole.steps}),
+        pack({name: array for name, array in arrays.items() if name != "limits"}),
+        with_about(names=["theta"]),
+        with_about(span=[]),
+        with_about(seen=[1, 2]),
+        with_about(n_neighbors=3),
+        with_about(more=1),
+        pack({**arrays, "about": np.frombuffer(b"[" * 9, dtype=np.uint8)}),
+    ):
+        path.write_bytes(changed)
+        with pytest.raises(NotFoundError, match="Look first"):
+            find_conflicts(workspace, store.identity, session)
 
 
 def test_a_conflict_is_shown_with_where_its_neighbours_actions_lead(
