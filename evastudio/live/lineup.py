@@ -127,6 +127,11 @@ class Lineup:
         self._pulse = Pulse(f"lineup-{name}", self._beat, self._failed)
         self._pulse.start()
 
+    @property
+    def bytes(self) -> int:
+        """What its runs take in memory."""
+        return sum(column.reel.bytes for column in self.columns)
+
     def idle_s(self, now: float) -> float:
         """For how long nobody has looked at it or done anything with it; `now` is monotonic."""
         return 0.0 if any(column.shows for column in self.columns) else now - self._used_at

@@ -31,6 +31,8 @@ LONGEST_S = 60.0
 MOST_OPEN = 24
 MOST_OF_ONE = 3
 """Open of one person; of more the oldest is closed."""
+MOST_BYTES = 2 * 2**30
+"""Of the runs of all that are open."""
 PATIENCE_S = 60.0
 """So long one waits for others whose lineups are being flown."""
 SIDES = ("Left", "Right")
@@ -156,14 +158,17 @@ class Lineups:
 
     def _admit(self, opened: Opened) -> Opened:
         with self._lock:
-            own = [one.lineup.name for one in self._open.values() if one.owner == opened.owner]
-            full = len(self._open) >= MOST_OPEN and len(own) < MOST_OF_ONE
+            own = [name for name, one in self._open.items() if one.owner == opened.owner]
+            going = own[: max(0, len(own) + 1 - MOST_OF_ONE)]
+            staying = [one.lineup for name, one in self._open.items() if name not in going]
+            held = opened.lineup.bytes + sum(lineup.bytes for lineup in staying)
+            full = len(staying) >= MOST_OPEN or held > MOST_BYTES
             if not full:
                 self._open[opened.lineup.name] = opened
         if full:
             opened.lineup.close()
-            raise BusyError(f"{MOST_OPEN} lineups are open already; try again in a minute.")
-        for name in own[: max(0, len(own) + 1 - MOST_OF_ONE)]:
+            raise BusyError(f"{len(staying)} lineups are open already; try again in a minute.")
+        for name in going:
             self.close(name)
         return opened
 
@@ -222,7 +227,15 @@ class Lineups:
 
 
 def _lineup(runs: Sequence[Ran], ways: bool) -> Lineup:
-    """A lineup of `runs`; where their scene fails while it is looked at, an InvalidInputError."""
+    """A lineup of `runs`. Raises InvalidInputError where their scene fails while it is looked at,
+    and where one is so large that its beginning is forgotten."""
+    for ran in runs:
+        if ran.reel.first:
+            raise InvalidInputError(
+                f"{ran.title} is too large to be shown side by side: it fills "
+                f"{ran.reel.bytes / 2**20:,.0f} MB and more. Choose fewer characters or a shorter "
+                "take."
+            )
     with blaming(runs[0].reel.scene, runs[0].title):
         return Lineup(secrets.token_hex(6), runs, ways=ways)
 

@@ -55,6 +55,11 @@ class Reel:
             self._steered.discard(self._forgotten)
             self._forgotten += 1
 
+    @property
+    def bytes(self) -> int:
+        """What the moments take in memory."""
+        return self._bytes
+
     def note(self, why: Why | None, step: int | None = None) -> None:
         """Why the decision at that step is as it is, the one after the latest moment if None."""
         if why is not None:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from evastudio.demonstrations.store import Store
-from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
+from evastudio.errors import BusyError, ConflictError, InvalidInputError, NotFoundError
 from evastudio.live import lineups as limits
+from evastudio.live import reel
 from evastudio.live.headless import make_scene, record
 from evastudio.live.lineup import APART_M, Lineup, Ran
 from evastudio.live.lineups import Entrant, Lineups, World, flown
@@ -217,3 +218,25 @@ def test_a_lineup_is_its_owners_and_of_many_the_oldest_goes(
             Entrant("straight", 3)
         open_ones.close_all()
         assert open_ones.column(found.columns[0].name) is None
+
+
+def test_what_lineups_hold_in_memory_is_bounded(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(limits, "LONGEST_S", 2.0)
+    with Store(workspace.store_url) as store:
+        open_ones = Lineups(workspace, store)
+        world = World("asteroids", {"density": 0.1}, 3)
+        pair = [Entrant("straight"), Entrant("scripted:careful")]
+        first = open_ones.open("Vera", world, pair).lineup
+        assert first.bytes > 0
+        monkeypatch.setattr(limits, "MOST_BYTES", 2 * first.bytes)
+        second = open_ones.open("Rolf", world, pair).lineup
+        with pytest.raises(BusyError, match="2 lineups are open already"):
+            open_ones.open("Vera", world, pair)
+        open_ones.close(second.name)
+        open_ones.open("Vera", world, pair)
+        monkeypatch.setattr(reel, "MOST_BYTES", first.bytes // 4)
+        with pytest.raises(InvalidInputError, match="straight is too large"):
+            open_ones.open("Vera", world, pair)
+        open_ones.close_all()
