@@ -34,7 +34,7 @@ def table_three(studies: Sequence[Study], preferences: Sequence[Preference] = ()
         taught = None if one.instructed_s is None else one.instructed_s / MINUTE
         lines.append(
             f"| here | {one.scene} | {_cell(one.person)} | {_minutes(taught)} "
-            f"| {_minutes(one.demonstrated_s / MINUTE)} | {one.preferred or ''} |"
+            f"| {_minutes(one.demonstrated_s / MINUTE)} | {_cell(one.preferred or '')} |"
         )
     lines += ["", "In the paper all preferred their own policies to traditional ones."]
     if not studies:
@@ -60,7 +60,7 @@ def _preferred(found: Preference) -> str:
         low, high = found.interval
         share = f"{100 * found.share:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
     return (
-        f"| {found.scene} | {found.pilots[ahead]} | {found.pilots[behind]} "
+        f"| {found.scene} | {_cell(found.pilots[ahead])} | {_cell(found.pilots[behind])} "
         f"| {found.votes[ahead]} to {found.votes[behind]} | {found.neither} | {found.people} "
         f"| {share} |"
     )
@@ -72,4 +72,4 @@ def _minutes(value: float | None) -> str:
 
 def _cell(text: str) -> str:
     """What somebody wrote, as it stands in one cell of a table."""
-    return text.replace("|", "\\|")
+    return " ".join(text.split()).replace("|", "\\|")

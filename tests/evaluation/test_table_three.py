@@ -14,6 +14,14 @@ def test_studies_stand_below_the_papers() -> None:
     assert len([line for line in lines if line.startswith("| the paper")]) == 6
 
 
+def test_what_people_wrote_stays_in_its_cell() -> None:
+    odd = Study("asteroids", "artist\n| the paper | x", None, 90.0, "mine | theirs\r\n")
+    lines = table_three([odd])
+    assert (
+        lines[8] == r"| here | asteroids | artist \| the paper \| x |  | 1.5 min | mine \| theirs |"
+    )
+
+
 def test_votes_stand_below_with_their_interval() -> None:
     found = Preference(3, "crowd", ("shy", "scripted:shy"), (12, 3), 2, 4)
     lines = table_three([], [found])

@@ -77,7 +77,7 @@ class CommandIn(Given):
     """Whose policy everybody else follows in a demonstration; they stand still without one."""
     camera: Name | None = None
     """Of the scene's cameras, the one to see it from; the next one where none is named."""
-    options: dict[str, float] | None = None
+    options: Annotated[dict[Name, FiniteFloat], Field(max_length=100)] | None = None
     session: int | None = None
     take: int | None = None
     """The take to look back at, where none is named the run on the stage; or the one to keep the
