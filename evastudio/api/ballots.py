@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+from collections.abc import Mapping
 
 from fastapi import APIRouter, Response, status
 
@@ -20,9 +21,9 @@ from evastudio.evaluation.preferences import Ballot, Preference
 from evastudio.evaluation.studies import studies
 from evastudio.evaluation.table_three import table_three
 from evastudio.live import balloting
-from evastudio.live.headless import make_scene
 from evastudio.live.lineups import Opened
 from evastudio.live.tokens import Role
+from evastudio.world.loading import find_scenes
 
 MARKDOWN = "text/markdown; charset=utf-8"
 
@@ -41,7 +42,7 @@ def open_ballot(body: BallotIn, studio: Studio, visitor: Visitor) -> BallotOut:
         seed=body.seed,
         now=time.time(),
     )
-    return _told(made, studio, visitor)
+    return _told(made, studio, visitor, _titles(studio))
 
 
 @router.get("")
@@ -49,10 +50,11 @@ def list_ballots(
     studio: Studio, visitor: Visitor, paging: NumberedPage, scene: str | None = None
 ) -> Page[BallotOut]:
     """Every ballot, the newest first; those of one scene where it is given. No names."""
+    titles = _titles(studio)
     return paging.page(
         BallotOut,
         lambda after, limit: [
-            _told(one, studio, visitor)
+            _told(one, studio, visitor, titles)
             for one in preferences.ballots(studio.store, scene, after=after, limit=limit)
         ],
     )
@@ -77,7 +79,7 @@ def get_table(studio: Studio, visitor: Visitor) -> Response:
 @router.get("/{ballot:int}")
 def get_ballot(ballot: int, studio: Studio, visitor: Visitor) -> BallotOut:
     """One ballot. No names."""
-    return _told(preferences.find_ballot(studio.store, ballot), studio, visitor)
+    return _told(preferences.find_ballot(studio.store, ballot), studio, visitor, _titles(studio))
 
 
 @router.get("/{ballot:int}/preference")
@@ -142,12 +144,18 @@ def _known(studio: Context, visitor: Person) -> list[Preference]:
     return [one for one in found if preferences.votes_of(studio.store, one.ballot, visitor.voter)]
 
 
-def _told(ballot: Ballot, studio: Context, visitor: Person) -> BallotOut:
+def _titles(studio: Context) -> Mapping[str, str]:
+    """Of every scene that is there, by its name."""
+    scenes = find_scenes(studio.workspace.scene_folders)
+    return {name: scene.title for name, scene in scenes.items()}
+
+
+def _told(ballot: Ballot, studio: Context, visitor: Person, titles: Mapping[str, str]) -> BallotOut:
     found = preferences.preference(studio.store, ballot)
     return BallotOut(
         id=ballot.id,
         scene=ballot.scene,
-        title=make_scene(studio.workspace, ballot.scene).title,
+        title=titles.get(ballot.scene, ballot.scene),
         created_at=ballot.created_at,
         votes=found.decided + found.neither,
         mine=preferences.votes_of(studio.store, ballot.id, visitor.voter),

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import httpx
 import pytest
 
+from evastudio.demonstrations.store import Store
+from evastudio.evaluation import preferences
 from evastudio.live.tokens import Role
 from tests.api.test_roles import client_of, let_in
 
@@ -143,3 +145,15 @@ def test_only_two_different_ones_that_can_act_are_asked_about(studio: Studio) ->
     for pilots in (["straight", "straight"], ["straight", "crowd-shy"], ["straight"]):
         body = {"scene": "asteroids", "pilots": pilots}
         assert studio.client.post(f"{API}/ballots", json=body).status_code in {409, 422}
+
+
+def test_a_ballot_whose_scene_is_gone_hides_no_others(studio: Studio) -> None:
+    gone = {"name": "gone", "version": 1, "options": {}}
+    with Store(studio.workspace.store_url) as store:
+        made = preferences.open_ballot(store, gone, {"straight": None, "mine": "ab12"}, 1, 2.0).id
+    (told,) = studio.client.get(f"{API}/ballots", params={"scene": "gone"}).json()["items"]
+    assert told == studio.client.get(f"{API}/ballots/{made}").json()
+    assert (told["scene"], told["title"]) == ("gone", "gone")
+    shown = studio.client.post(f"{API}/ballots/{made}/showings")
+    assert (shown.status_code, "ask anew" in shown.json()["detail"]) == (409, True)
+    assert studio.client.delete(f"{API}/ballots/{made}").status_code == 204

@@ -30,7 +30,7 @@ class BallotOut(BaseModel):
     id: int
     scene: str
     title: str
-    """Of the scene."""
+    """Of the scene; its name where it is not there any more."""
     created_at: float
     votes: int
     """Of everybody, those who saw no difference too."""
