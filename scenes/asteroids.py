@@ -24,6 +24,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from evastudio.scenery.bounds import bar_mesh, bounds
 from evastudio.scenery.rubble import dust, mote_mesh, rock_bodies, rock_meshes
 from evastudio.scenery.spaceship import ship_bodies, ship_meshes
 from evastudio.world.bodies import Body, Camera, Look, Mesh
@@ -203,7 +204,7 @@ class Asteroids(Scene):
     # -- what it looks like --------------------------------------------------------------------
 
     def meshes(self) -> Mapping[str, Mesh]:
-        return {**rock_meshes(), **ship_meshes(), "mote": mote_mesh()}
+        return {**rock_meshes(), **ship_meshes(), "mote": mote_mesh(), "bar": bar_mesh()}
 
     def bodies(self, snapshot: Snapshot) -> Sequence[Body]:
         theta, phi = snapshot["heading"][0]
@@ -213,6 +214,7 @@ class Asteroids(Scene):
         return [
             *rock_bodies(snapshot["rocks"][0], ROCK_RADIUS),
             dust(LENGTH, self.values["half_width"]),
+            bounds(LENGTH, self.values["half_width"]),
             *ship_bodies(ship, pose),
         ]
 
