@@ -173,19 +173,25 @@ def test_the_list_is_that_of_the_session_one_is_in(
     studio.context.jobs.cancel(film.id)
     rows, none = page.locator("#conflicts > li"), page.locator("#conflicts-none")
     expect(rows).not_to_have_count(0)
+    expect(page.locator("#conflicts-says")).not_to_contain_text("where little was shown")
+    alone = page.locator("#threshold-auto")
+    page.locator("#threshold").fill("5")
+    expect(alone).to_have_attribute("aria-pressed", "false")
 
-    # In another session there is nothing, until its first take.
+    # In another session there is nothing, until its first take; what was chosen here ends here.
     page.locator("#new-session").click()
     page.locator("#session-name").fill("Other")
     page.keyboard.press("Enter")
     expect(rows).to_have_count(0)
     expect(none).to_have_text("Record a take first.")
+    page.locator("#option-density").fill("0.1")  # nothing is hit so soon
     page.locator("#demonstrate").click()
     phase(page, "recording")
     at_least(page, "pairs", 60)
     page.locator("#stop").click()
     expect(none).to_be_empty()
     expect(page.locator("#conflicts-says")).to_contain_text("would go")
+    expect(alone).to_have_attribute("aria-pressed", "true")
 
     # In another scene too.
     page.locator("#session").select_option(value=str(shown))

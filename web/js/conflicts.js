@@ -4,7 +4,7 @@ import { api } from "./api.js";
 import { byId, make, say } from "./dom.js";
 import { jobOf, needs, session } from "./needs.js";
 import { attempt } from "./notices.js";
-import { count, plural } from "./words.js";
+import { count, muchWords, plural } from "./words.js";
 
 /** @typedef {import("./types.js").Conflict} Conflict */
 /** @typedef {import("./types.js").Conflicts} Conflicts */
@@ -168,9 +168,10 @@ export function conflicts(store, act) {
     }
     const { pairs, goes, symbols, limit, items } = found;
     const share = pairs ? Math.max(Math.round((100 * goes) / pairs), goes ? 1 : 0) : 0;
+    const much = muchWords(goes, pairs, threshold);
     const left = items.length < found.conflicts ? ` The farthest off ${count(items.length)}:` : "";
     const none = "Nothing would go: in moments alike you did alike.";
-    const some = `${count(goes)} of ${plural(pairs, "pair")} would go (${share} %).${left}`;
+    const some = `${count(goes)} of ${plural(pairs, "pair")} would go (${share} %).${much}${left}`;
     say(byId("conflicts-says", HTMLElement), goes || items.length ? some : none);
     if (threshold === "auto") slider.value = String(notchOf(limit, symbols));
     // Each moment then has a limit of its own: one number would be read as that of all.
@@ -215,6 +216,8 @@ export function conflicts(store, act) {
     const other = state.session !== before.session || state.scene?.name !== before.scene?.name;
     if (other) {
       found = null;
+      threshold = "auto";
+      compared.value = String(NEIGHBORS);
       if (state.conflict) store.set({ conflict: null });
       tell();
     }

@@ -11,13 +11,17 @@ import { viewed, watchScheme } from "./scheme.js";
 import { sessions } from "./sessions.js";
 import { LAST_SCENE } from "./store.js";
 import { SOME } from "./takes.js";
-import { plural } from "./words.js";
+import { muchWords, plural } from "./words.js";
 
 /** @typedef {import("./types.js").Job} Job */
 /** @typedef {import("./types.js").Status} Status */
 
 /** Whether a take or a playback is under way. @param {Status} status */
 const underWay = ({ phase }) => phase === "countdown" || phase === "recording" || phase === "playing";
+
+/** @param {Record<string, any>} found by cleaning */
+const cleanedWords = ({ removed, pairs, threshold }) =>
+  `${plural(removed, "pair")} taken out.${muchWords(removed, pairs, threshold)}`;
 
 /**
  * @param {import("./store.js").Store} store
@@ -116,7 +120,7 @@ export function news(store, view, done) {
         notify(`“${job.result?.policy}” is ready to play.`);
       } else {
         await reload();
-        if (job.kind === "clean") notify(`${plural(job.result?.removed ?? 0, "pair")} taken out.`);
+        if (job.kind === "clean") notify(cleanedWords(job.result ?? {}));
       }
     });
   }

@@ -3,7 +3,7 @@
 import { bar, byId, make, say } from "./dom.js";
 import { fitted, needs, nextStep, policy, session } from "./needs.js";
 import { notify } from "./notices.js";
-import { LEARNERS, count, plural } from "./words.js";
+import { LEARNERS, count, muchWords, plural } from "./words.js";
 
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./needs.js").Action} Action */
@@ -93,8 +93,10 @@ function cleanWords(state) {
   const cleaning = session(state)?.cleaning;
   if (!cleaning) return "Takes out moves that contradict each other.";
   if (cleaning.stale) return "Your takes have changed since: clean again.";
-  const share = cleaning.pairs ? Math.round((100 * cleaning.removed) / cleaning.pairs) : 0;
-  return `${count(cleaning.removed)} of ${plural(cleaning.pairs, "pair")} taken out (${share} %).`;
+  const { removed, pairs, settings } = cleaning;
+  const share = pairs ? Math.round((100 * removed) / pairs) : 0;
+  const much = muchWords(removed, pairs, settings.threshold);
+  return `${count(removed)} of ${plural(pairs, "pair")} taken out (${share} %).${much}`;
 }
 
 /** @param {State} state */

@@ -16,7 +16,8 @@
  *   problem: string | null}} Activity
  * @typedef {{folder: string, files: {name: string, clips: string[], problem: string | null}[],
  *   activities: Activity[], problem: string | null}} Clips
- * @typedef {{pairs: number, removed: number, stale: boolean}} Cleaning
+ * @typedef {{pairs: number, removed: number, stale: boolean,
+ *   settings: {threshold: number | "auto"}}} Cleaning
  * @typedef {{id: number, name: string, scene: string, takes_kept: number, takes_trashed: number,
  *   pairs: number, seconds: number, cleaning: Cleaning | null}} Session
  * @typedef {{id: number, number: number, seed: number, pairs: number, seconds: number,

@@ -41,6 +41,18 @@ export const count = (n) => n.toLocaleString("en");
 /** @param {number} n @param {string} one @param {string} [many] */
 export const plural = (n, one, many = `${one}s`) => `${count(n)} ${n === 1 ? one : many}`;
 
+/** Of enough takes cleaning hardly ever leaves out a larger share by itself (docs/conflicts.md). */
+const MUCH = 0.15;
+
+/**
+ * What to make of it where cleaning leaves out so many; nothing where one set its limit oneself.
+ * @param {number} goes @param {number} pairs @param {number | "auto"} threshold
+ */
+export const muchWords = (goes, pairs, threshold) =>
+  threshold === "auto" && goes > MUCH * pairs
+    ? " That is much: where little was shown, what is rare looks like a mistake. Show more takes, or look at these moments one by one."
+    : "";
+
 /** @param {number} seconds */
 export function duration(seconds) {
   if (seconds < 60) return `${seconds.toFixed(1)} s`;
