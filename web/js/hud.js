@@ -1,10 +1,14 @@
 /** What lies over the 3D view: phase, countdown, numbers, progress and outcome. */
 
 import { byId, make, say } from "./dom.js";
+import { keyOf } from "./shortcuts.js";
 import { count, duration, outcomeWords, phaseWords, plural } from "./words.js";
 
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./types.js").Status} Status */
+
+/** Of a take that is kept. */
+const WENT_WRONG = "though it went wrong: what led to that may be learned too";
 
 /**
  * @param {import("./store.js").Store} store
@@ -42,6 +46,8 @@ export function hud(store, { acts }) {
 
   const progress = byId("progress", HTMLProgressElement);
   const late = byId("late", HTMLElement);
+  late.title =
+    "Steps that began more than half a step after their time, because the computer was busy. Nothing is lost by it, but it looks less smooth";
 
   store.watch(({ status, takes, policies }) => {
     if (status === null) return;
@@ -77,15 +83,16 @@ export function hud(store, { acts }) {
     say(pushed, status.pushed ? "Pushed off your way: get back from here" : "");
 
     late.classList.toggle("some", status.late_steps > 0);
-    say(late, status.late_steps ? `${plural(status.late_steps, "late step")} of ${count(status.steps)}` : "");
+    say(late, status.late_steps ? `${count(status.late_steps)} of ${plural(status.steps, "step")} late` : "");
   });
 }
 
 /** @param {Status} status */
-function ended({ mode, pairs, seconds, forked }) {
+function ended({ mode, pairs, seconds, forked, success }) {
   if (mode === "correct") return `${plural(pairs, "pair")} kept as a correction. R plays again.`;
   if (mode === "play") return `After ${duration(seconds)}. R plays again in another world.`;
   if (pairs === 0) return "R starts again.";
   const again = forked ? "Shift R tries again from there" : "R starts another take";
-  return `${plural(pairs, "pair")} kept. ${again}, Backspace throws this one away.`;
+  const kept = `${plural(pairs, "pair")} kept${success === false ? `, ${WENT_WRONG}` : ""}`;
+  return `${kept}. ${again}, ${keyOf("discard")} throws this one away.`;
 }

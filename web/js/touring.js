@@ -3,7 +3,8 @@
 import { make } from "./dom.js";
 import { isOpen } from "./jobs.js";
 import { policy, session } from "./needs.js";
-import { duration } from "./words.js";
+import { keyOf } from "./shortcuts.js";
+import { duration, keyName } from "./words.js";
 
 /** @typedef {import("./types.js").State} State */
 
@@ -34,6 +35,17 @@ const key = (name) => make("kbd", {}, name);
 const acting = ({ status }) =>
   status?.mode === "demonstrate" && ["countdown", "recording", "paused"].includes(status.phase);
 
+/**
+ * What to make of a take that has just ended badly, where one has.
+ * @param {State} state
+ * @returns {(string | Node)[]}
+ */
+const wentWrong = ({ status }) =>
+  status?.mode === "demonstrate" && status.phase === "ended" && status.success === false
+    ? ["That take went wrong and is kept all the same: what led to that may be learned too. ",
+        key(keyName(keyOf("discard"))), " throws it away. "]
+    : [];
+
 /** @param {State} state */
 const enough = (state) => {
   const now = session(state);
@@ -55,10 +67,10 @@ export const STEPS = [
   },
   {
     title: "Steer",
-    says: ({ status }) =>
-      status?.phase === "countdown"
+    says: (state) =>
+      state.status?.phase === "countdown"
         ? ["In a moment you have the keys."]
-        : ["Hold one of these keys: the character turns, for as long as you hold it."],
+        : [...wentWrong(state), "Hold one of these keys: the character turns, for as long as you hold it."],
     at: '#keys li[data-use="steer"]',
     side: "above",
     done: (_, { steered }) => steered >= STEERED,
@@ -72,7 +84,7 @@ export const STEPS = [
           key("Space"), " pauses it."];
       }
       if (enough(state)) return ["Kept."];
-      return [`${duration(shown)} are kept so far, which is little to learn from. `, key("R"),
+      return [...wentWrong(state), `${duration(shown)} are kept so far, which is little to learn from. `, key("R"),
         " begins another take."];
     },
     at: "#stage .numbers",
@@ -84,7 +96,7 @@ export const STEPS = [
     says: (state) =>
       atWork(state, "clean")
         ? ["Moments that are alike are compared with one another…"]
-        : ["Nobody does the same twice. Clean takes out the moves that contradict the others."],
+        : [...wentWrong(state), "Nobody does the same twice. Clean takes out the moves that contradict the others."],
     at: "#clean",
     side: "left",
     presses: true,
