@@ -45,6 +45,11 @@ def test_a_designer_compares_and_opens_it_again(
     expect(page.locator("#evaluate-says")).to_have_text("2 pilots through the same 40 worlds.")
     page.keyboard.press("Enter")
 
+    # People can be asked, but not those elsewhere while the studio listens to this machine alone.
+    page.locator("#ask-people").click()
+    expect(page.locator("#notice")).to_contain_text("Only this computer can open such a link")
+    expect(page.locator("#ballots-say")).to_contain_text("start the studio with --host 0.0.0.0")
+
     expect(page.locator("#found-title")).to_have_text(
         "asteroids-careful, straight in the same 40 worlds"
     )

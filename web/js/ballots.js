@@ -7,6 +7,11 @@ import { plural } from "./words.js";
 
 /** @typedef {import("./types.js").Comparing} Comparing */
 
+/** Why others cannot open a link of this page, or nothing. */
+const HERE_ONLY = /^(localhost|127\.[\d.]+|\[::1\])$/.test(location.hostname)
+  ? "Only this computer can open such a link: for others, start the studio with --host 0.0.0.0 and put this computer's own address into it."
+  : "";
+
 /** @param {import("./store.js").Store<Comparing>} store */
 export function ballots(store) {
   const list = byId("ballots", HTMLElement);
@@ -26,7 +31,8 @@ export function ballots(store) {
       const seed = byId("seed", HTMLInputElement).valueAsNumber;
       const made = await api.openBallot({ scene: scene.name, pilots: chosen, options, seed });
       await look();
-      notify(`People can choose now: send them to ${location.origin}/vote#${made.id}.`);
+      const link = `${location.origin}/vote#${made.id}`;
+      notify(`People can choose now: send them to ${link}. ${HERE_ONLY}`, "info", true);
     });
   });
 
@@ -37,7 +43,7 @@ export function ballots(store) {
     if (open === before.ballots && preferences === before.preferences && open.length) return;
     say(
       byId("ballots-say", HTMLElement),
-      open.length ? "" : "Nobody was asked yet. Two runs are shown without their names, and people say which is livelier.",
+      open.length ? HERE_ONLY : "Nobody was asked yet. Two runs are shown without their names, and people say which is livelier.",
     );
     byId("table-3", HTMLElement).hidden = preferences.length === 0;
     list.replaceChildren(
