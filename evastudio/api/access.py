@@ -182,8 +182,8 @@ class Guard:
         # strict cookie. A page of our own that leads on is a new start.
         target = html.escape("/" + (f"?{urlencode(query)}" if query else ""))
         response = HTMLResponse(
-            f'<!doctype html><title>EVA Studio</title><meta http-equiv="refresh" '
-            f'content="0; url={target}"><a href="{target}">Enter</a>'
+            '<!doctype html><title>EVA Studio</title><link rel="icon" href="/web/icon.svg">'
+            f'<meta http-equiv="refresh" content="0; url={target}"><a href="{target}">Enter</a>'
         )
         host = headers.get("host", "")
         response.set_cookie(

@@ -202,11 +202,15 @@ def test_it_fits_from_a_tablet_to_a_large_screen(
         assert touched.evaluate("document.documentElement.scrollWidth") == 820
 
 
-def test_nothing_jumps_while_one_works(
+def test_nothing_jumps_and_nothing_fails_while_one_works(
     page: Page, run_studio: Callable[[], Running], open_page: Callable[[Running], Open]
 ) -> None:
     studio = run_studio()
     made(studio.workspace)
+    said: list[str] = []
+    page.on(
+        "console", lambda one: one.type == "error" and said.append(f"{one.text} {one.location}")
+    )
     opened = open_page(studio)
     page.locator("#option-density").fill("0")
     page.evaluate(JUMPS)
@@ -231,3 +235,4 @@ def test_nothing_jumps_while_one_works(
     told = "; ".join(f"{value:.4f} {what}" for value, what in jumps)
     assert sum(value for value, _ in jumps) < 0.02, told
     assert opened.stage.status()["takes_kept"] == 2
+    assert said == []
