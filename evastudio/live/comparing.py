@@ -14,10 +14,11 @@ from evastudio.world.cast import of_lead
 def sketch_of(found: Conflicts, row: int, reel: Reel, step: int) -> tuple[Line, ...]:
     """Where the action of pair `row` leads from that step of its take, and those of its neighbours.
 
-    They are as they would be there, in its frame; its own is the last.
+    They are as they would be there, in its frame; its own is the last. Raises NotFoundError where
+    the scene has lost the perception that they were compared under.
     """
     scene, moment = reel.scene, reel.moment(step)
-    view = scene.perceptions[found.about.perception]
+    view = scene.perception(found.about.perception)
     own = found.actions[np.append(found.neighbors[row], row)]
     frame = of_lead(moment, view.perceive(moment).frame)[:1]
     actions = view.to_world(np.repeat(frame, len(own), axis=0), own)

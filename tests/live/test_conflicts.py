@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -249,6 +250,10 @@ def test_a_conflict_is_shown_with_where_its_neighbours_actions_lead(
     assert not [line for line in shown[-1].lines if line.name.startswith("way")]
     with pytest.raises(NotFoundError, match="was not compared"):
         stage.looking_back.compare(first.take, 10**6)
+    lost = replace(conflicts, about=replace(conflicts.about, perception="gone"))
+    lost.save(workspace)
+    with pytest.raises(NotFoundError, match="no perception 'gone'"):
+        stage.looking_back.compare(first.take, first.step)
     stages.close_all()
 
 
