@@ -12,7 +12,7 @@ from evastudio.api.context import Studio
 from evastudio.api.models.common import Page
 from evastudio.api.models.policies import PolicyOut
 from evastudio.api.paging import NamedPage
-from evastudio.errors import NotFoundError, not_found
+from evastudio.errors import NotFoundError, StorageError, not_found
 from evastudio.learning.catalog import PolicyEntry, list_policies
 from evastudio.live import piloting
 from evastudio.live.age import made_before
@@ -53,7 +53,9 @@ def described(name: str, studio: Studio) -> PolicyOut:
 def _policy(entry: PolicyEntry, studio: Studio) -> PolicyOut:
     try:
         return _described(entry, entry.header or {}, studio)
-    except (TypeError, ValueError, AttributeError):
+    except StorageError:  # not the file's fault
+        raise
+    except (TypeError, ValueError, AttributeError, LookupError, OverflowError):
         problem = f"{entry.path} is not a policy that can be used: its description is not whole."
         return _described(replace(entry, problem=problem), {}, studio)
 

@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 
 from evastudio.api.arrays import NPZ, npz
+from evastudio.demonstrations.store import Store
 from evastudio.learning.policy_files import load_policy
 from evastudio.live import headless
 from evastudio.pilots.policy import PolicyPilot
 from evastudio.workspace import shipped
 from evastudio.world.scene import Scene
+from tests.learning.fitted import rewritten
 
 if TYPE_CHECKING:
     from conftest import Studio
@@ -49,6 +51,23 @@ def test_a_policy_decides_for_many_states_as_it_does_in_python(
     )
     with np.load(io.BytesIO(answer.content), allow_pickle=False) as arrays:
         assert np.array_equal(arrays["actions"], expected)
+
+
+def test_a_file_whose_description_makes_no_sense_hides_no_others(studio: Studio) -> None:
+    path = studio.workspace.policies / "odd.safetensors"
+    with Store(studio.workspace.store_url) as store:
+        here = store.identity
+    for extra, changed in (
+        ({"delay": {"steps": 1}}, {}),
+        ({"findings": "text"}, {}),
+        ({"store": here}, {"session": float("inf")}),
+    ):
+        path.write_bytes(FILE.read_bytes())
+        rewritten(path, lambda header, new=(extra, changed): header.update(extra=new[0], **new[1]))
+        listed = {one["name"]: one for one in studio.client.get(POLICIES).json()["items"]}
+        assert "not whole" in listed["odd"]["problem"], (extra, changed)
+        assert listed[NAME]["problem"] is None
+    path.unlink()
 
 
 def test_a_policy_decides_at_moments_of_a_take_in_the_world_s_frame(
