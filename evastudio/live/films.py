@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
+import stat
 from dataclasses import dataclass
 from enum import StrEnum
 from importlib.util import find_spec
@@ -56,9 +58,10 @@ def films(workspace: Workspace) -> list[FilmFile]:
     """The films kept, by name."""
     found = []
     for path in sorted(workspace.films.glob("*")):
-        if _NAME.fullmatch(path.name):
+        with contextlib.suppress(FileNotFoundError):  # deleted meanwhile
             told = path.stat()
-            found.append(FilmFile(path.name, told.st_size, told.st_mtime))
+            if _NAME.fullmatch(path.name) and stat.S_ISREG(told.st_mode):
+                found.append(FilmFile(path.name, told.st_size, told.st_mtime))
     return found
 
 

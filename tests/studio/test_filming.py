@@ -39,6 +39,7 @@ def test_a_page_holds_all_that_it_plays(workspace: Workspace) -> None:
     footage = policy_footage(workspace, "asteroids-careful", 4, {"density": 0.3}, None)
     begun = {name: array[:30] for name, array in footage.moving.items()}
     told = filming.film(workspace, replace(footage, moving=begun))
+    (workspace.films / "no-file.html").mkdir()
     (kept,) = films.films(workspace)
     assert kept.name == told["film"] == "asteroids-asteroids-careful-4.html"
     page = films.film_file(workspace, kept.name).read_text(encoding="utf-8")
