@@ -33,6 +33,8 @@ NICENESS = 10
 """Added to that of a worker, so that stages go first."""
 KEPT = 200
 """Finished jobs are remembered up to this many."""
+ASKED = 20
+"""And of so many what they were asked, which may be a whole run to be filmed."""
 
 
 class JobState(StrEnum):
@@ -89,8 +91,10 @@ class Jobs:
             if waiting >= MAX_WAITING:
                 raise BusyError(f"{waiting} jobs wait already; wait for one to end or cancel one.")
             ended = [number for number, job in self._jobs.items() if job.state in ENDED]
+            for number in ended[: max(0, len(ended) - ASKED)]:
+                self._asked.pop(number, None)
             for number in ended[: max(0, len(ended) - KEPT)]:
-                del self._jobs[number], self._asked[number]
+                del self._jobs[number]
             job = Job(next(self._numbers), kind, session, request=request_id.get())
             self._jobs[job.id] = job
             self._asked[job.id] = (kind, work, session, dict(arguments))
@@ -103,7 +107,8 @@ class Jobs:
     def again(self, number: int) -> Job:
         """Queue once more what an ended job was asked to do; the new job.
 
-        Raises NotFoundError, and ConflictError where it has not ended or too many wait.
+        Raises NotFoundError, and ConflictError where it has not ended, ended long ago or too many
+        wait.
         """
         job = self.get(number)
         if job.state not in ENDED:
@@ -113,7 +118,10 @@ class Jobs:
         with self._lock:
             asked = self._asked.get(number)
         if asked is None:
-            raise _no_job(number)
+            raise ConflictError(
+                f"{ASKED} jobs have ended since job {number}, so what it was asked is not known "
+                "any more. Ask for it anew."
+            )
         kind, work, session, arguments = asked
         return self.submit(kind, work, session, **arguments)
 

@@ -16,7 +16,7 @@ import pytest
 
 from evastudio.demonstrations.store import Store
 from evastudio.errors import BusyError, ConflictError, NotFoundError
-from evastudio.live import headless
+from evastudio.live import headless, jobs
 from evastudio.live.cleaning import clean
 from evastudio.live.jobs import ENDED, NICENESS, Job, Jobs, JobState
 from evastudio.workspace import Workspace
@@ -152,6 +152,20 @@ def test_a_job_run_again_does_the_same_work(watched: Watched, workspace: Workspa
     assert told.error is not None
     again = watched.ended(watched.jobs.again(first.id).id)
     assert (again.session, again.error) == (session, told.error)
+
+
+def test_what_was_asked_long_ago_is_not_kept(
+    watched: Watched, workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(jobs, "ASKED", 1)
+    first, second, _ = (
+        watched.ended(watched.jobs.submit("fit", headless.fit, 77, workspace=workspace).id)
+        for _ in range(3)
+    )
+    assert watched.jobs.get(first.id) == first
+    with pytest.raises(ConflictError, match="Ask for it anew"):
+        watched.jobs.again(first.id)
+    assert watched.ended(watched.jobs.again(second.id).id).error == second.error
 
 
 def test_work_ends_with_the_process_that_asked_for_it(workspace: Workspace) -> None:
