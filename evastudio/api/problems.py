@@ -198,9 +198,10 @@ def _holds(value: object, part: object) -> bool:
 
 def _methods(request: Request) -> str:
     """What the address of `request` takes, by all of its routes: a router tells of the first."""
+    paths, path = request.app.openapi()["paths"], request.url.path
     found: set[str] = set()
-    for template, operations in request.app.openapi()["paths"].items():
+    for template in (path,) if path in paths else paths:  # a word goes before what stands for any
         pattern = re.sub(r"\\{\w+\\}", "[^/]+", re.escape(template))
-        if re.fullmatch(pattern, request.url.path):
-            found |= {method.upper() for method in operations}
+        if re.fullmatch(pattern, path):
+            found |= {method.upper() for method in paths[template]}
     return ", ".join(sorted(found)) or "GET"

@@ -13,9 +13,11 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from evastudio.api.limits import MOST_UPLOAD_BYTES
 from evastudio.api.problems import problem_response, standing_of
+from evastudio.api.rights import writes
 from evastudio.demonstrations.store import Store
 from evastudio.errors import StudioError
 from evastudio.live.answers import Answer, Answers, digest_of
+from evastudio.live.tokens import Role
 
 HEADER = "idempotency-key"
 REPLAYED = "idempotency-replayed"
@@ -26,7 +28,10 @@ MOST_ANSWER_BYTES = 1_000_000
 
 
 class Repeats:
-    """ASGI middleware behind the guard. Only what was answered with success is kept."""
+    """ASGI middleware behind the guard. Only what was answered with success is kept.
+
+    Of a viewer, who would fill the store with answers else, only of votes.
+    """
 
     def __init__(self, app: ASGIApp, store: Store) -> None:
         self._app = app
@@ -34,7 +39,9 @@ class Repeats:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         given = Headers(scope=scope).get(HEADER) if scope["type"] == "http" else None
-        if given is None or scope["method"] != "POST":
+        person = scope.get("state", {}).get("person")
+        role = getattr(person, "role", Role.AUTHOR)
+        if given is None or scope["method"] != "POST" or not writes(role, scope["path"]):
             await self._app(scope, receive, send)
             return
         if not KEY.fullmatch(given):
@@ -46,7 +53,6 @@ class Repeats:
             detail = f"The body is larger than {MOST_UPLOAD_BYTES // 1_000_000} MB."
             await problem_response(413, "Too large", detail)(scope, receive, send)
             return
-        person = scope.get("state", {}).get("person")
         key = digest_of(repr(getattr(person, "token", None)).encode(), given.encode())
         kind = Headers(scope=scope).get("content-type", "")
         digest = digest_of(

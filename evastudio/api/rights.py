@@ -6,6 +6,8 @@ import re
 
 from evastudio.live.tokens import Role
 
+VOTES = ("POST", "/api/v1/ballots/{ballot}/votes")
+"""All that a viewer puts into the store."""
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
 """Methods that change nothing, here as everywhere."""
 SOCKET = "websocket"
@@ -16,7 +18,7 @@ VIEWERS_MAY: tuple[tuple[str, str], ...] = (
     ("POST", "/api/v1/lineups/{lineup}/commands"),
     ("DELETE", "/api/v1/lineups/{lineup}"),
     ("POST", "/api/v1/ballots/{ballot}/showings"),
-    ("POST", "/api/v1/ballots/{ballot}/votes"),
+    VOTES,
     (SOCKET, "/view/{stage}"),
     (SOCKET, "/view/{stage}/"),
     (SOCKET, "/view/{stage}/{scheme}"),
@@ -32,10 +34,13 @@ REFUSAL = (
     "this studio for an author's token (evastudio tokens add NAME --role author)."
 )
 
-_OPEN = [
-    (method, re.compile(re.sub(r"\\\{\w+\\\}", "[^/]+", re.escape(path))))
-    for method, path in VIEWERS_MAY
-]
+
+def _pattern(path: str) -> re.Pattern[str]:
+    return re.compile(re.sub(r"\\\{\w+\\\}", "[^/]+", re.escape(path)))
+
+
+_OPEN = [(method, _pattern(path)) for method, path in VIEWERS_MAY]
+_VOTES = _pattern(VOTES[1])
 
 
 def may(role: Role, method: str, path: str) -> bool:
@@ -43,3 +48,8 @@ def may(role: Role, method: str, path: str) -> bool:
     if role is Role.AUTHOR or method in READING:
         return True
     return any(method == one and pattern.fullmatch(path) for one, pattern in _OPEN)
+
+
+def writes(role: Role, path: str) -> bool:
+    """Whether what is posted there changes what is kept, where it is allowed."""
+    return role is Role.AUTHOR or _VOTES.fullmatch(path) is not None

@@ -152,6 +152,20 @@ def test_attack_stolen_role(studio: Studio, viewer: str) -> None:
         assert answer.status_code == 403
 
 
+def test_attack_answers_heaped_up(studio: Studio, viewer: str) -> None:
+    """What a viewer asks is done, and no answer to it is kept, whatever key it came with."""
+    with httpx.Client(
+        base_url=studio.base, headers={"Authorization": f"Bearer {viewer}"}, trust_env=False
+    ) as client:
+        path, key = f"{API}/policies/asteroids-careful/decide", {"Idempotency-Key": "heap"}
+        answers = [
+            client.post(path, json={"states": [[number] * 6]}, headers=key)
+            for number in (0.0, 0.0, 1.0)
+        ]
+    assert {answer.status_code for answer in answers} == {200}
+    assert not any("idempotency-replayed" in answer.headers for answer in answers)
+
+
 def test_attack_a_viewers_path_that_looks_like_an_allowed_one(studio: Studio, viewer: str) -> None:
     """What viewers may do is not reached by another spelling of what they may not."""
     with httpx.Client(

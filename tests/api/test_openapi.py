@@ -94,6 +94,8 @@ def test_whoever_has_no_token_learns_nothing_of_the_description(studio: Studio) 
         ("GET", "/api/v1/nowhere", 404, "nothing at this address"),
         ("PATCH", "/api/v1/sessions", 405, "takes GET, POST"),
         ("TRACE", "/api/v1/policies/x", 405, "takes DELETE, GET"),
+        ("DELETE", "/api/v1/ballots/preferences", 405, "takes GET, not DELETE"),
+        ("GET", "/api/v1/ballots/first", 404, "nothing at this address"),
     ],
 )
 def test_an_address_that_takes_something_else_says_so(
