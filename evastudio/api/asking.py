@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from fastapi import APIRouter, Depends, Query, Request, Response
+from pydantic import BaseModel
 
 from evastudio.api.arrays import JSON, NPZ, as_json, npz
 from evastudio.api.bodies import body_of, model_or_arrays
@@ -34,18 +35,18 @@ async def _explain_body(request: Request) -> ExplainIn | dict[str, AnyArray]:
     return await model_or_arrays(request, ExplainIn)
 
 
-def _answers(model: str) -> dict[int | str, dict[str, object]]:
-    told = {"schema": {"$ref": f"#/components/schemas/{model}"}}
-    return {200: {"description": "The answer.", "content": {JSON: told, NPZ: BINARY}}}
+def _asked(answer: str, body: type[BaseModel]) -> dict[str, Any]:
+    """What a route declares that takes states and answers, both as JSON or as npz."""
+    told = {"schema": {"$ref": f"#/components/schemas/{answer}"}}
+    return {
+        "max_body_size": MOST_UPLOAD_BYTES,
+        "response_class": Response,
+        "responses": {200: {"description": "The answer.", "content": {JSON: told, NPZ: BINARY}}},
+        "openapi_extra": body_of(body, {"states": [[0.0] * 6]}),
+    }
 
 
-@router.post(
-    "/{name}/decide",
-    max_body_size=MOST_UPLOAD_BYTES,
-    response_class=Response,
-    responses=_answers("DecisionsOut"),
-    openapi_extra=body_of(DecideIn, {"states": [[0.0] * 6]}),
-)
+@router.post("/{name}/decide", **_asked("DecisionsOut", DecideIn))
 def decide(
     name: str,
     body: Annotated[DecideIn | dict[str, AnyArray], Depends(_decide_body)],
@@ -76,13 +77,7 @@ def decide(
     return Response(as_json(told), media_type=JSON)
 
 
-@router.post(
-    "/{name}/explain",
-    max_body_size=MOST_UPLOAD_BYTES,
-    response_class=Response,
-    responses=_answers("ExplanationsOut"),
-    openapi_extra=body_of(ExplainIn, {"states": [[0.0] * 6]}),
-)
+@router.post("/{name}/explain", **_asked("ExplanationsOut", ExplainIn))
 def explain(
     name: str,
     body: Annotated[ExplainIn | dict[str, AnyArray], Depends(_explain_body)],
