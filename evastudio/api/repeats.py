@@ -39,14 +39,16 @@ class Repeats:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         given = Headers(scope=scope).get(HEADER) if scope["type"] == "http" else None
-        person = scope.get("state", {}).get("person")
-        role = getattr(person, "role", Role.AUTHOR)
-        if given is None or scope["method"] != "POST" or not writes(role, scope["path"]):
+        if given is None or scope["method"] != "POST":
             await self._app(scope, receive, send)
             return
         if not KEY.fullmatch(given):
             detail = f"An Idempotency-Key has 1 to {MOST_KEY} plain characters and no blanks."
             await problem_response(422, "Invalid input", detail)(scope, receive, send)
+            return
+        person = scope.get("state", {}).get("person")
+        if not writes(getattr(person, "role", Role.AUTHOR), scope["path"]):
+            await self._app(scope, receive, send)
             return
         body = await _whole(receive)
         if body is None:

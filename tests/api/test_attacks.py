@@ -162,7 +162,9 @@ def test_attack_answers_heaped_up(studio: Studio, viewer: str) -> None:
             client.post(path, json={"states": [[number] * 6]}, headers=key)
             for number in (0.0, 0.0, 1.0)
         ]
+        bad = client.post(path, json={"states": []}, headers={"Idempotency-Key": "a b"})
     assert {answer.status_code for answer in answers} == {200}
+    assert (bad.status_code, "Idempotency-Key" in bad.text) == (422, True)
     assert not any("idempotency-replayed" in answer.headers for answer in answers)
 
 
