@@ -6,7 +6,7 @@ import gzip
 
 import pytest
 
-from evastudio.studio.client import GROUND, STYLE, client_page
+from evastudio.studio.client import client_page, style
 from evastudio.studio.scheme import Scheme
 
 
@@ -24,4 +24,4 @@ def test_the_style_that_hides_viser_controls_comes_before_the_page_body(
     scheme: Scheme | None,
 ) -> None:
     head, _ = client_page(scheme).html.decode().split("</head>", 1)
-    assert STYLE % GROUND[scheme] in head
+    assert style(scheme) in head
