@@ -147,6 +147,13 @@ def test_what_would_go_is_looked_at_judged_and_taken_back(
     store.close()
 
 
+MUCH = """async () => {
+  const {muchWords} = await import("/web/js/words.js");
+  return [muchWords(16, 100, "auto"), muchWords(14, 100, "auto"), muchWords(16, 100, 0.1)];
+}"""
+"""What is said where much would go, and little, by itself, and much by a limit of one's own."""
+
+
 def busy(progress: Any) -> dict[str, Any]:
     """Work that goes on until it is cancelled."""
     progress(0.1, "Drawing")
@@ -174,6 +181,7 @@ def test_the_list_is_that_of_the_session_one_is_in(
     rows, none = page.locator("#conflicts > li"), page.locator("#conflicts-none")
     expect(rows).not_to_have_count(0)
     expect(page.locator("#conflicts-says")).not_to_contain_text("where little was shown")
+    assert ["little was shown" in words for words in page.evaluate(MUCH)] == [True, False, False]
     alone = page.locator("#threshold-auto")
     page.locator("#threshold").fill("5")
     expect(alone).to_have_attribute("aria-pressed", "false")
