@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,6 +33,31 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@dataclass(frozen=True)
+class Installed:
+    """What was built, in a venv of its own that holds nothing else."""
+
+    package: Path
+    python: Path
+
+    def run(self, place: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """Its Python with these arguments, in the folder `place`, away from the checkout."""
+        command = [str(self.python), *arguments]
+        return subprocess.run(command, capture_output=True, text=True, cwd=place)
+
+
+@pytest.fixture(scope="module")
+def installed(
+    built: Path, tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest
+) -> Installed:
+    """The wheel or the sdist, by the pattern of its name."""
+    place = tmp_path_factory.mktemp("venv")
+    subprocess.run([sys.executable, "-m", "venv", str(place)], check=True)
+    made = Installed(next(built.glob(request.param)), place / "bin" / "python")
+    subprocess.run([made.python, "-m", "pip", "install", "-q", str(made.package)], check=True)
+    return made
+
+
 def test_the_wheel_carries_scenes_policies_and_page(built: Path) -> None:
     names = zipfile.ZipFile(next(built.glob("*.whl"))).namelist()
     for folder in ("scenes", "policies", "web"):
@@ -43,23 +70,13 @@ def test_the_wheel_carries_scenes_policies_and_page(built: Path) -> None:
         assert expected <= set(names)
 
 
-@pytest.mark.parametrize("kind", ["*.whl", "*.tar.gz"])
+@pytest.mark.parametrize("installed", ["*.whl", "*.tar.gz"], indirect=True)
 def test_it_starts_from_an_empty_venv(
-    built: Path, tmp_path: Path, kind: str, start_studio: Callable[..., Studio]
+    installed: Installed, tmp_path: Path, start_studio: Callable[..., Studio]
 ) -> None:
-    package = next(built.glob(kind))
-    subprocess.run([sys.executable, "-m", "venv", str(tmp_path / "venv")], check=True)
-    python = tmp_path / "venv" / "bin" / "python"
-    subprocess.run([python, "-m", "pip", "install", "-q", str(package)], check=True)
-    where = subprocess.run(
-        [python, "-c", "import evastudio; print(evastudio.__file__)"],
-        check=True,
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-    ).stdout
-    assert str(tmp_path / "venv") in where
-    studio = start_studio(Workspace(tmp_path / "work"), str(python))
+    where = installed.run(tmp_path, "-c", "import evastudio; print(evastudio.__file__)")
+    assert str(installed.python.parents[1]) in where.stdout
+    studio = start_studio(Workspace(tmp_path / "work"), str(installed.python))
     assert "EVA Studio" in studio.client.get("/").text
     assert studio.client.get("/web/js/main.js").status_code == 200
     scenes = studio.client.get("/api/v1/scenes").json()["items"]
@@ -82,3 +99,18 @@ def test_it_starts_from_an_empty_venv(
         "studio.db-shm",
         "studio.db-wal",
     ]
+
+
+@pytest.mark.parametrize("installed", ["*.whl"], indirect=True)
+def test_a_video_needs_its_extra_and_nothing_else(installed: Installed, tmp_path: Path) -> None:
+    short = ("--policy=straight", "--scene=asteroids", "--density=10", "--width=64", "--height=64")
+    film = ("-m", "evastudio", "film", "out.mp4", *short, "--json")
+    refused = installed.run(tmp_path, *film)
+    assert refused.returncode == 2
+    assert "pip install 'evastudio[video]'" in refused.stderr
+    extra = f"{installed.package}[video]"
+    subprocess.run([installed.python, "-m", "pip", "install", "-q", extra], check=True)
+    made = installed.run(tmp_path, *film)
+    assert made.returncode == 0, made.stderr
+    video = (tmp_path / "out.mp4").read_bytes()
+    assert (video[4:8], json.loads(made.stdout)["bytes"]) == (b"ftyp", len(video))
