@@ -19,11 +19,11 @@ export OPENBLAS_NUM_THREADS = 1
 run: $(VENV)/.installed
 	$(BIN)/evastudio
 
-# Side by side, each file in one process, and everything with a browser in the same one.
+# Side by side; which tests stay together is in tests/conftest.py.
 WORKERS ?= 2
 
 test: $(VENV)/.rl chromium postgres nginx
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadscope --no-loadscope-reorder
 
 # The store, its recorder and the stages are tested on both databases by `make test`; this runs
 # everything that goes over HTTP on PostgreSQL too.

@@ -9,11 +9,12 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import httpx
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
 
 from evastudio.demonstrations.store import Store
 from evastudio.learning.compiled import ensure_compiled
@@ -29,12 +30,17 @@ settings.register_profile("no deadline", deadline=None)
 settings.load_profile("no deadline")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Where tests run side by side: a file stays together, and so does all that draws in a browser,
-    which takes more than a processor by itself."""
-    for item in items:
-        drawn = "browser" in item.path.parent.parts
-        item.add_marker(pytest.mark.xdist_group("browser" if drawn else item.path.stem))
+class Rooms(LoadScopeScheduling):  # type: ignore[misc]
+    """Which tests stay together where several processes share them: those of a file, and all that
+    draw in a browser, which takes more than a processor by itself."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return "browser" if file.startswith("tests/browser/") else file
+
+
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Rooms:
+    return Rooms(config, log)
 
 
 @pytest.fixture(scope="session", autouse=True)
