@@ -27,6 +27,24 @@ export function make(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** What the browser calls the language of drawings: an address, of which no page here has any. */
+const DRAWINGS = new DOMParser().parseFromString("<svg>", "text/html").body.firstElementChild?.namespaceURI;
+
+/**
+ * A part of a drawing.
+ * @template {keyof SVGElementTagNameMap} K
+ * @param {K} tag
+ * @param {Record<string, string | number>} [attributes]
+ * @param {...Element} children
+ * @returns {SVGElementTagNameMap[K]}
+ */
+export function draw(tag, attributes = {}, ...children) {
+  const element = /** @type {SVGElementTagNameMap[K]} */ (document.createElementNS(DRAWINGS ?? null, tag));
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
+  element.append(...children);
+  return element;
+}
+
 /**
  * Set the text only where it differs, so that screen readers hear changes alone.
  * @param {HTMLElement} element

@@ -1,7 +1,7 @@
 /** Runs of one world side by side: a 3D view for each, and one timeline below them all. */
 
 import { api } from "./api.js";
-import { bar, make, say } from "./dom.js";
+import { bar, draw, make, say } from "./dom.js";
 import { attempt } from "./notices.js";
 import { viewed, watchScheme } from "./scheme.js";
 import { seeking } from "./seeking.js";
@@ -54,11 +54,11 @@ export function lineupBox(box, { attach, nextWorld, closed, at: tellAt }) {
   const moment = make("input", { id: "moment", type: "range", min: "0", step: "1", value: "0" });
   moment.setAttribute("aria-label", "Moment");
   moment.title = "Any moment of them all";
-  const svg = document.createElementNS(document.querySelector("svg")?.namespaceURI ?? null, "svg");
-  svg.setAttribute("class", "moment-strip");
-  svg.setAttribute("role", "img");
-  svg.setAttribute("aria-label", "Where they part, and what becomes of them");
-  const line = /** @type {SVGSVGElement} */ (svg);
+  const line = draw("svg", {
+    class: "moment-strip",
+    role: "img",
+    "aria-label": "Where they part, and what becomes of them",
+  });
   const time = make("p", { class: "moment-time" });
   const says = make("p", { class: "moment-says grow" });
   const parting = button("parting", "Where they part", "To the first moment at which they part");
@@ -66,7 +66,7 @@ export function lineupBox(box, { attach, nextWorld, closed, at: tellAt }) {
   const straighten = button("straighten", "Straighten", "Turn the cameras back");
   const next = button("next-world", "Next world", "The same ones in the next world");
   const close = button("close-lineup", "Close", "Close what is side by side");
-  const head = make("div", { class: "moment-head" }, make("div", { class: "moment-line" }, moment, svg), time);
+  const head = make("div", { class: "moment-head" }, make("div", { class: "moment-line" }, moment, line), time);
   const row = make(
     "div",
     { class: "moment-row" },

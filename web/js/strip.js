@@ -1,5 +1,7 @@
 /** A run along its time: how familiar each part of it was, what happened, and where one is. */
 
+import { draw } from "./dom.js";
+
 /** @typedef {import("./types.js").Strip} Strip */
 
 /** Colours of a familiarity, as the trail in the view has them. */
@@ -25,16 +27,6 @@ export function familiarWords(familiarity) {
   return familiarity < 0.6 ? "a little like your takes" : "like your takes";
 }
 
-/**
- * @param {SVGSVGElement} svg
- * @returns {(tag: string, attributes: Record<string, string | number>) => Element}
- */
-const drawer = (svg) => (tag, attributes) => {
-  const element = document.createElementNS(svg.namespaceURI, tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
-  return element;
-};
-
 /** Which strip, and how wide, each drawing shows. @type {WeakMap<SVGSVGElement, string>} */
 const drawn = new WeakMap();
 /** @type {WeakMap<Strip, number>} */
@@ -57,7 +49,6 @@ export function drawStrip(svg, strip, at, seek) {
   const key = `${numbers.get(strip)} ${width}`;
   if (drawn.get(svg) !== key) {
     drawn.set(svg, key);
-    const draw = drawer(svg);
     const middle = height / 2;
     const line = draw("rect", { x: INSET, y: middle - 3, width: width - 2 * INSET, height: 6, rx: 3, class: "line" });
     const part = (width - 2 * INSET) / Math.max(strip.familiarity.length, 1);

@@ -1,6 +1,6 @@
 /** Going through time: the buttons and keys that every timeline has, whatever it is that moves. */
 
-import { make } from "./dom.js";
+import { draw, make } from "./dom.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8];
 
@@ -37,16 +37,8 @@ const BUTTONS = [
  */
 
 /** @param {string} path */
-function sign(path) {
-  const space = document.querySelector("svg")?.namespaceURI ?? null;
-  const svg = document.createElementNS(space, "svg");
-  const shape = document.createElementNS(space, "path");
-  svg.setAttribute("viewBox", "0 0 16 16");
-  svg.setAttribute("aria-hidden", "true");
-  shape.setAttribute("d", path);
-  svg.append(shape);
-  return svg;
-}
+const sign = (path) =>
+  draw("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, draw("path", { d: path }));
 
 /**
  * Fill the groups `.rolling` and `.speeds` of a timeline.
