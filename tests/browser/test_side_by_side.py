@@ -186,6 +186,9 @@ def test_a_viewer_chooses_between_two_whose_names_come_after(
     expect(page.locator("#choosing-says")).to_have_text("Let them go for a few seconds first.")
     page.locator("#roll-on").click()
     expect(page.locator("#choosing-says")).to_have_text("")
+    for sign in page.locator(".rolling button svg path").all():
+        expect(sign).to_be_visible()
+    expect(page.locator(".moment-strip .line")).to_be_visible()
     page.screenshot(path=pictures / "vote.png")
     assert barriers_in_light_and_dark(page) == []
     before = list(bodies)
