@@ -17,7 +17,9 @@ from evastudio.world.snapshot import AnyArray
 from evastudio.world.spaces import Array, Box, Symbols
 
 EVERY_S = 3.0
-"""The coach thinks so often."""
+"""The coach thinks so often, until it has said something."""
+AGAIN_S = 12.0
+"""And so often from then on: it is some milliseconds of work each time, for every stage."""
 SURE = 2
 """And says what it has thought so many times in a row."""
 REMEMBERED_S = 120.0
@@ -57,7 +59,7 @@ def at_once(work: Callable[[], None]) -> None:
 
 
 class Coach:
-    """Remembers each decision of a person, looks at them together every few seconds, and seldom
+    """Remembers each decision of a person, looks at them together now and then, and seldom
     has something to say."""
 
     def __init__(
@@ -68,10 +70,10 @@ class Coach:
         """None where it is too early to say."""
         self._dt_s = dt_s
         self._think = think
-        self._every = max(round(EVERY_S / dt_s), 1)
         self._moments: deque[Moment] = deque(maxlen=max(round(REMEMBERED_S / dt_s), 400))
         self._run: Run | None = None
         self._takes = self._seen = 0
+        self._due = round(EVERY_S / dt_s)
         self._thought: list[Advice | None] = []
 
     def see(self, run: Run, actions: Array) -> None:
@@ -83,7 +85,9 @@ class Coach:
         frame, lead = of_lead(run.after, run.percept().frame), of_lead(run.after, actions)
         self._moments.append(Moment(run.states(), frame, lead, self._takes))
         self._seen += 1
-        if self._seen % self._every == 0:
+        if self._seen >= self._due:
+            every = EVERY_S if self.advice is None else AGAIN_S
+            self._due = self._seen + max(round(every / self._dt_s), 1)
             moments, scene = list(self._moments), run.scene
             self._think(lambda: self._judge(scene, moments))
 
