@@ -157,6 +157,12 @@ def test_two_are_looked_at_side_by_side_on_one_timeline(
     until(page, lambda: lineups(studio) == [])
     assert said == []
 
+    # Once more, to be looked at in both; views that go while they load complain in the console.
+    page.locator("#findings").focus()
+    page.keyboard.press("b")
+    drawn(page, studio)
+    assert barriers_in_light_and_dark(page) == []
+
 
 def test_a_viewer_chooses_between_two_whose_names_come_after(
     browser: Browser, run_studio: Callable[[], Running], pictures: Path
