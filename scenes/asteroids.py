@@ -29,7 +29,7 @@ from evastudio.scenery.rubble import dust, mote_mesh, rock_bodies, rock_meshes
 from evastudio.scenery.spaceship import ship_bodies, ship_meshes
 from evastudio.world.bodies import Body, Camera, Look, Mesh
 from evastudio.world.course import Course
-from evastudio.world.geometry import directions, quaternions_from_euler
+from evastudio.world.geometry import columns, directions, quaternions_from_euler
 from evastudio.world.rocks import (
     MOST,
     in_cells,
@@ -146,7 +146,8 @@ class Asteroids(Scene):
     def outcome(self, snapshot: Snapshot) -> NDArray[np.int64]:
         position = snapshot["position"]
         hit = nearest_square(snapshot, REACH) < REACH**2
-        left = (np.abs(position[:, 1:]) > self.values["half_width"]).any(axis=1)
+        aside, above = np.abs(position[:, 1]), np.abs(position[:, 2])
+        left = np.maximum(aside, above) > self.values["half_width"]
         late = snapshot["steps"] * self.dt_s >= TIME_LIMIT_S
         crossed = position[:, 0] >= LENGTH
         ended = np.where(left, 3, np.where(crossed, 1, np.where(late, 4, 0)))
@@ -182,7 +183,7 @@ class Asteroids(Scene):
         """
         threats, present = threats_to(snapshot)
         ahead, lateral = threats[:, :, 0], threats[:, :, 1:]
-        aside = np.sqrt((lateral**2).sum(axis=2))
+        aside = lengths(lateral)
         closeness = np.clip(1.0 - (aside - REACH) / berth, 0.0, 1.0) * np.exp(-ahead / reach)
         push = np.where(present, closeness, 0.0) * strength
         away = -lateral / np.maximum(aside, 1e-9)[:, :, None]
@@ -309,7 +310,7 @@ class Canonical(Perception):
     def perceive(self, snapshot: Snapshot) -> Percept:
         threats, present = threats_to(snapshot)
         ahead, lateral = threats[:, :, 0], threats[:, :, 1:]
-        aside = np.sqrt((lateral**2).sum(axis=2))
+        aside = lengths(lateral)
         ahead = np.maximum(ahead - ROCK_RADIUS, 0.0) / self.fade_ahead
         clear = np.maximum(aside - REACH, 0.0) / self.fade_aside
         weight = np.where(present, np.exp(-ahead - clear), 0.0)
@@ -318,18 +319,20 @@ class Canonical(Perception):
         course = off_course(snapshot)
         strength, along = unit(pressure)
         error, guide = unit(course)
-        along = np.where(strength > 1e-6, along, guide)
-        along = np.where((strength > 1e-6) | (error > 1e-9), along, (1.0, 0.0))
-        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-        side = (course * across).sum(axis=1, keepdims=True)
-        first = (push[:, 0] * across).sum(axis=1, keepdims=True)
-        side = np.where(np.abs(side) > 1e-12, side, first)
+        pressed = strength > 1e-6
+        along = np.where(pressed, along, guide)
+        along = np.where(pressed | (error > 1e-9), along, (1.0, 0.0))
+        across = columns(-along[:, 1], along[:, 0])
+        side = dot(course, across)
+        side = np.where(np.abs(side) > 1e-12, side, dot(push[:, 0], across))[:, None]
         across = np.where(side < 0.0, -across, across)
-        frame = np.stack([along, across], axis=1)
-        offset = weight[:, :1] * np.minimum(aside[:, :1], 12.0)
-        states = np.concatenate(
-            [strength, turned(frame, push[:, 0]), offset, turned(frame, course)], axis=1
-        )
+        frame = np.empty((len(along), 2, 2))
+        frame[:, 0], frame[:, 1] = along, across
+        states = np.empty((len(along), self.state.size))
+        states[:, :1] = strength
+        states[:, 1:3] = turned(frame, push[:, 0])
+        states[:, 3] = weight[:, 0] * np.minimum(aside[:, 0], 12.0)
+        states[:, 4:] = turned(frame, course)
         return Percept(self.state.clip(states), frame)  # rounding can leave -1e-17 for 0
 
     def to_own(self, frame: AnyArray, actions: Array) -> Array:
@@ -356,15 +359,25 @@ def total(pushes: Array) -> Array:
     return np.asarray(np.add.accumulate(pushes, axis=1)[:, -1])
 
 
+def dot(one: Array, other: Array) -> Array:
+    """The products (...) of vectors (..., 2), summed without the cost of a reduction."""
+    return np.asarray(one[..., 0] * other[..., 0] + one[..., 1] * other[..., 1])
+
+
+def lengths(vectors: Array) -> Array:
+    """Of `vectors` (..., 2), shape (...)."""
+    return np.asarray(np.sqrt(dot(vectors, vectors)))
+
+
 def unit(vectors: Array) -> tuple[Array, Array]:
     """Lengths (worlds, 1) and directions (worlds, 2) of `vectors` (worlds, 2)."""
-    lengths = np.sqrt((vectors**2).sum(axis=1, keepdims=True))
-    return lengths, vectors / np.maximum(lengths, 1e-12)
+    long = lengths(vectors)[:, None]
+    return long, vectors / np.maximum(long, 1e-12)
 
 
 def turned(frames: AnyArray, vectors: Array) -> Array:
     """`vectors` (worlds, 2) multiplied by `frames` (worlds, 2, 2)."""
-    return np.asarray((frames * vectors[:, None, :]).sum(axis=2))
+    return dot(frames, vectors[:, None, :])
 
 
 def threats_to(snapshot: Snapshot) -> tuple[Array, NDArray[np.bool_]]:
@@ -378,9 +391,9 @@ def ship_axes(heading: Array) -> tuple[Array, Array, Array]:
     cos_p, sin_p = np.cos(heading[:, 1]), np.sin(heading[:, 1])
     zero = np.zeros(len(heading))
     return (
-        np.stack([cos_p * cos_t, cos_p * sin_t, sin_p], axis=1),
-        np.stack([-sin_t, cos_t, zero], axis=1),
-        np.stack([-sin_p * cos_t, -sin_p * sin_t, cos_p], axis=1),
+        columns(cos_p * cos_t, cos_p * sin_t, sin_p),
+        columns(-sin_t, cos_t, zero),
+        columns(-sin_p * cos_t, -sin_p * sin_t, cos_p),
     )
 
 

@@ -117,7 +117,7 @@ async def demonstrate(socket: ClientConnection, found: Told, seconds: float) -> 
                 found.takes.append(message["pairs"])
                 if not stopping:
                     await command(socket, "restart")
-            if stopping and phase != "recording":
+            if stopping and phase == "ready":
                 return
             if time.monotonic() >= until and not stopping:
                 stopping = True

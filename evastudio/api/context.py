@@ -12,7 +12,7 @@ from starlette.requests import HTTPConnection
 
 from evastudio.api.attendance import Attendance
 from evastudio.api.job_feed import JobFeed
-from evastudio.api.outbox import Outbox
+from evastudio.api.outbox import Outbox, Post
 from evastudio.demonstrations.store import Store
 from evastudio.live.jobs import Job, Jobs, Work
 from evastudio.live.lineups import Lineups
@@ -45,6 +45,7 @@ class Context:
     lineups: Lineups = field(init=False)
     reviewing: Reviewing = field(init=False)
     job_feed: JobFeed = field(init=False)
+    post: Post = field(init=False)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -52,6 +53,7 @@ class Context:
         self.worlds = Worlds(self.workspace, self.store)
         self.lineups = Lineups(self.workspace, self.store)
         self.reviewing = Reviewing(self.workspace, self.store)
+        self.post = Post()
         self.job_feed = JobFeed(self.jobs.all)
         self.job_listeners.add(self.job_feed.tell)
 

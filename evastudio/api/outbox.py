@@ -37,3 +37,27 @@ class Outbox:
             self._some.clear()
             await self._some.wait()
         return self._waiting.popleft()
+
+
+class Post:
+    """Brings what threads tell into outboxes. The event loop is woken once for all that it has not
+    fetched yet, not for each message of each stage."""
+
+    def __init__(self) -> None:
+        """For the event loop that runs."""
+        self._loop = asyncio.get_running_loop()
+        self._letters: deque[tuple[Outbox, Mapping[str, Any]]] = deque()
+        self._rung = False
+
+    def tell(self, out: Outbox, message: Mapping[str, Any]) -> None:
+        """Put `message` into `out` soon; from any thread."""
+        self._letters.append((out, message))
+        if not self._rung:  # what comes in between is fetched too, for the loop asks after that
+            self._rung = True
+            self._loop.call_soon_threadsafe(self._fetch)
+
+    def _fetch(self) -> None:
+        self._rung = False
+        while self._letters:
+            out, message = self._letters.popleft()
+            out.put(message)

@@ -144,6 +144,9 @@ class Sizes:
         self._app = app
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
         refused = False
 
         async def sending(message: Message) -> None:

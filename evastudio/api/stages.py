@@ -10,6 +10,7 @@ from typing import Any
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect, status
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import to_json
 
 from evastudio.api.attendance import Attendance
 from evastudio.api.context import Context, Studio
@@ -158,14 +159,15 @@ class Drive:
 
     def _told_status(self, told: dict[str, Any]) -> None:
         """On the stage's thread."""
-        self._loop.call_soon_threadsafe(self._out.put, {"type": "status", **told})
+        self._studio.post.tell(self._out, {"type": "status", **told})
 
     def _told_job(self, job: Job) -> None:
         self._out.put({"type": "job", **job.to_json()})
 
     async def _send(self) -> None:
         while True:
-            await self._websocket.send_json(await self._out.get())
+            told = to_json(await self._out.get())
+            await self._websocket.send_text(told.decode())
 
     async def _receive(self) -> None:
         pace = Pace(PER_S, AT_ONCE)

@@ -40,6 +40,8 @@ LOCK_WAIT_S = 5.0
 """So long a write waits for another; then it is a StorageError, and a recorder tries again."""
 STATEMENT_S = 60.0
 """So long one statement may take on a server."""
+CACHE_KB = 512
+"""Of a database file, for each connection; the system keeps the file in memory for all of them."""
 LOST = {
     "connect_timeout": 5,
     "keepalives_idle": 10,
@@ -272,6 +274,7 @@ def _tune_sqlite(connection: object, _: object) -> None:
         "journal_mode=WAL",
         "synchronous=FULL",
         "foreign_keys=ON",
+        f"cache_size=-{CACHE_KB}",
     ):
         cursor.execute(f"PRAGMA {pragma}")
     cursor.close()

@@ -33,6 +33,8 @@ CHUNK_S = 0.3
 CLOSE_S = 10.0
 """So long a closing recorder goes on trying to write what it could not."""
 RETRY_S = 0.25
+FEW = 3
+"""While no more chunks wait, they are written together with those of other recorders."""
 
 
 class Recorder:
@@ -277,7 +279,7 @@ class Recorder:
         """Write what is in line until nothing is, or the store refuses."""
         while (entry := self._spill.front()) is not None:
             try:
-                self._writing.write(entry)
+                self._writing.write(entry, patient=self.backlog <= FEW)
             except NotFoundError as error:  # the take was deleted meanwhile: nothing to try again
                 logger.warning("%s", error)
             except Exception as error:  # whatever it is, the person must be told

@@ -90,7 +90,7 @@ class Spill:
         """The first in line is in the store."""
         with self._lock:
             for file in list(self._files):
-                if file.front() is not None:
+                if file.waits:
                     file.done()
                     return
                 if file is not self._files[-1]:
@@ -106,7 +106,7 @@ class Spill:
             left = []
             self._closed = True
             for file in self._files:
-                if file.front() is None:
+                if not file.waits:
                     file.remove()
                 else:
                     with contextlib.suppress(OSError):

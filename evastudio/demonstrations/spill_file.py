@@ -12,6 +12,7 @@ import os
 import secrets
 import struct
 import zlib
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +27,8 @@ ASIDE = ".kept"
 FRAME = struct.Struct("<II")
 DONE_BYTES = 256_000
 """So much that is done with may stay in a file: shortening it can take a busy disk a while."""
+HELD = 8
+"""So many entries are kept in memory too until they are done with: mostly one is, at once."""
 MOST_BYTES = 2**30
 """Of one frame; a longer one is damage."""
 
@@ -70,14 +73,20 @@ class SpillFile:
             self.remove()
             raise
         self._first = self._again = self._at = self.end
+        self._held: deque[tuple[int, Entry]] = deque()
+        """The first entries that are not done with, and where each of them ends."""
         self._once = False
         """Whether it holds what is better not done once more: ends, throws into the trash."""
 
     def append(self, entry: Entry) -> None:
         """Raises OSError, and leaves the file as it was, where it cannot be written."""
-        leads = self.end == self._first
+        begins, waits = self.end, self.waits
+        leads = begins == self._first
         self._once |= entry.kind not in (BEGIN, PAIRS)
         self._append(entry.to_bytes())
+        next_to = self._held[-1][0] == begins if self._held else not waits
+        if next_to and len(self._held) < HELD:
+            self._held.append((self.end, entry))
         if entry.kind == BEGIN:
             self.keys.add(entry.key)
             if leads:
@@ -98,10 +107,17 @@ class SpillFile:
         """Return when all of it is on the disk."""
         os.fsync(self._file)
 
+    @property
+    def waits(self) -> bool:
+        """Whether an entry is not done with."""
+        return self._at < self.end
+
     def front(self) -> Entry | None:
         """The first entry that is not done with."""
-        if self._at == self.end:
+        if not self.waits:
             return None
+        if self._held:
+            return self._held[0][1]
         length, _ = FRAME.unpack(os.pread(self._file, FRAME.size, self._at))
         return _entry(os.pread(self._file, length, self._at + FRAME.size))
 
@@ -110,8 +126,11 @@ class SpillFile:
 
         The beginning of a take stays there as long as that goes on: it is the largest entry.
         """
-        length, _ = FRAME.unpack(os.pread(self._file, FRAME.size, self._at))
-        self._at += FRAME.size + length
+        if self._held:
+            self._at, _ = self._held.popleft()
+        else:
+            length, _ = FRAME.unpack(os.pread(self._file, FRAME.size, self._at))
+            self._at += FRAME.size + length
         if self._at == self.end and (self._once or self.end > DONE_BYTES):
             self._once = False
             if len(self.keys) > 1:

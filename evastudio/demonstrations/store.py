@@ -205,9 +205,11 @@ class Store:
         """
         self.write_pairs(take, first_step, len(actions), pack_pairs(states, actions, moving))
 
-    def write_pairs(self, take: int, first_step: int, steps: int, packed: bytes) -> None:
-        """`append` of what `pack_pairs` made."""
-        self._gathering.write(Part(take, first_step, steps, packed))
+    def write_pairs(
+        self, take: int, first_step: int, steps: int, packed: bytes, patient: bool = False
+    ) -> None:
+        """`append` of what `pack_pairs` made; see `Gathering.write`."""
+        self._gathering.write(Part(take, first_step, steps, packed), patient)
 
     def finish_take(self, take: int, outcome: str | None, now: float) -> None:
         """Write how a take ended, None where it was broken off; nothing is appended any more."""

@@ -43,8 +43,10 @@ class Writing:
         self._beginnings: dict[str, NewTake] = {}
         self._takes: dict[str, int] = {}
 
-    def write(self, entry: Entry) -> None:
-        """Raises NotFoundError where the take was deleted: then nothing is left to be done.
+    def write(self, entry: Entry, patient: bool = False) -> None:
+        """`patient` as in `Gathering.write`.
+
+        Raises NotFoundError where the take was deleted: then nothing is left to be done.
 
         Raises ConflictError where its session or its earlier pairs are gone, StorageError, and
         InvalidInputError: then it is still to be kept.
@@ -57,7 +59,7 @@ class Writing:
             return
         take = self._begun(entry.key)
         if entry.kind == PAIRS:
-            store.write_pairs(take, values["first_step"], values["steps"], entry.data)
+            store.write_pairs(take, values["first_step"], values["steps"], entry.data, patient)
         elif entry.kind == FINISH:
             store.finish_take(take, values["outcome"], values["now"])
         elif entry.kind == TRASH:

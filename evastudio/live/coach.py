@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evastudio.learning.legibility import legibility
 from evastudio.live.run import Run
@@ -42,15 +42,52 @@ FAINT = 0.25
 """Whose strongest tenth of moments stays below this share of the full deflection steers faintly."""
 
 
-class Moment(NamedTuple):
-    """A decision of the lead."""
+class Moments(NamedTuple):
+    """Decisions of the lead, in order."""
 
     states: Array
-    frame: AnyArray
-    """See `Percept.frame`."""
-    action: Array
-    take: int
-    """Numbers the runs that were seen."""
+    """(moments, n)"""
+    frames: AnyArray
+    """(moments, ...), see `Percept.frame`."""
+    actions: Array
+    """(moments, m)"""
+    takes: NDArray[np.int64]
+    """(moments,), which of the runs that were seen."""
+
+
+class Remembered:
+    """The latest decisions, in arrays that are made once.
+
+    Kept one by one they would be thousands of objects for each of many stages, and all stages wait
+    while garbage is looked for among them.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._held: Moments | None = None
+        self._seen = 0
+
+    def add(self, states: Array, frame: AnyArray, action: Array, take: int) -> None:
+        """One more, of which each array has a leading axis of one; the oldest goes for it."""
+        one = Moments(states, frame, action, np.array([take]))
+        held = self._held
+        if held is None or [part.shape[1:] for part in one] != [part.shape[1:] for part in held]:
+            made = (np.empty((self._most, *part.shape[1:]), part.dtype) for part in one)
+            held, self._seen = Moments(*made), 0
+            self._held = held
+        for whole, part in zip(held, one, strict=True):
+            whole[self._seen % self._most] = part[0]
+        self._seen += 1
+
+    def all(self) -> Moments:
+        """All that are held, after at least one was added, as a copy."""
+        held = self._held
+        assert held is not None
+        count = min(self._seen, self._most)
+        order = np.arange(self._seen - count, self._seen) % self._most
+        return Moments(
+            held.states[order], held.frames[order], held.actions[order], held.takes[order]
+        )
 
 
 def at_once(work: Callable[[], None]) -> None:
@@ -70,11 +107,15 @@ class Coach:
         """None where it is too early to say."""
         self._dt_s = dt_s
         self._think = think
-        self._moments: deque[Moment] = deque(maxlen=max(round(REMEMBERED_S / dt_s), 400))
+        self._remembered = Remembered(max(round(REMEMBERED_S / dt_s), 400))
         self._run: Run | None = None
         self._takes = self._seen = 0
         self._due = round(EVERY_S / dt_s)
         self._thought: list[Advice | None] = []
+
+    def anew(self) -> Coach:
+        """One that has seen nothing yet."""
+        return Coach(self._dt_s, self._think)
 
     def see(self, run: Run, actions: Array) -> None:
         """The decision that the person is about to make: `actions` of all, for the present."""
@@ -83,39 +124,36 @@ class Coach:
         self._takes += run is not self._run
         self._run = run
         frame, lead = of_lead(run.after, run.percept().frame), of_lead(run.after, actions)
-        self._moments.append(Moment(run.states(), frame, lead, self._takes))
+        self._remembered.add(run.states(), frame, lead, self._takes)
         self._seen += 1
         if self._seen >= self._due:
             every = EVERY_S if self.advice is None else AGAIN_S
             self._due = self._seen + max(round(every / self._dt_s), 1)
-            moments, scene = list(self._moments), run.scene
+            moments, scene = self._remembered.all(), run.scene
             self._think(lambda: self._judge(scene, moments))
 
-    def _judge(self, scene: Scene, moments: Sequence[Moment]) -> None:
+    def _judge(self, scene: Scene, moments: Moments) -> None:
         self._thought = [*self._thought, judged(scene, moments)][-SURE:]
         meant = self._thought[-1]
         if meant is not None and self._thought == [meant] * SURE:
             self.advice = meant
 
 
-def judged(scene: Scene, moments: Sequence[Moment]) -> Advice | None:
+def judged(scene: Scene, moments: Moments) -> Advice | None:
     """What is to be said of these decisions; None where it is too early, or a close call."""
+    states, frames, actions, takes = moments
     dt_s = scene.dt_s
-    if len(moments) * dt_s < LEAST_S:
+    if len(states) * dt_s < LEAST_S:
         return None
-    states, frames, actions = (
-        np.concatenate([moment[part] for moment in moments]) for part in range(3)
-    )
     pushed = _deflections(scene, actions)
     if (pushed > TOUCHED).mean() < STILL:
         return Advice.NOTHING
-    if len(moments) * dt_s < LEAST_SHOWN_S:
+    if len(states) * dt_s < LEAST_SHOWN_S:
         return None
-    takes = np.array([moment.take for moment in moments])
     view = scene.perception()
     chosen = scene.chosen(view)
     long = 1 if isinstance(chosen, Symbols) else max(round(ANSWER_S / dt_s), 1)
-    last = len(moments) - long + 1
+    last = len(states) - long + 1
     whole = np.mean([actions[later : last + later] for later in range(long)], axis=0)
     rows = np.flatnonzero(takes[:last] == takes[long - 1 :])
     before = actions[np.maximum(rows - 1, 0)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -46,9 +47,9 @@ class _Axis:
     """-1 to 1 at the end of the last interval read."""
     target: float = 0.0
     """Where it is pushed at that moment."""
-    since: float = -np.inf
+    since: float = -math.inf
     """Since when, of the time that was read."""
-    until: float = -np.inf
+    until: float = -math.inf
     """Where the last interval read ended."""
     changes: list[tuple[float, float, float]] = field(default_factory=list)
     """Later (time, target, shortest time of the push before), in order."""
@@ -64,7 +65,7 @@ class _Axis:
         Of a latched control the deflection at its end: a push that lasts a step is still on then.
         What changed in time that nobody reads, while the clock stood, counts from `start` on.
         """
-        if np.isfinite(self.until):
+        if math.isfinite(self.until):
             self.since += max(start - self.until, 0.0)
         self.until = end
         area, now = 0.0, start
@@ -84,12 +85,12 @@ class _Axis:
         ramp = self.ramp_s
         distance = self.target - self.deflection
         moving = min(duration, abs(distance) * ramp)
-        reached = self.deflection + (np.sign(distance) * moving / ramp if ramp else distance)
-        if moving >= abs(distance) * ramp:
-            reached = self.target
+        reached = self.target
+        if moving < abs(distance) * ramp:
+            reached = self.deflection + math.copysign(moving / ramp, distance)
         area = (self.deflection + reached) / 2 * moving + reached * (duration - moving)
-        self.deflection = float(reached)
-        return float(area)
+        self.deflection = reached
+        return area
 
 
 class HeldKeys:
@@ -108,10 +109,13 @@ class HeldKeys:
         self._axes = [_Axis(control.latched, control.ramp_s) for control in controls]
         self._sticks = [_Axis(control.latched, 0.0) for control in controls]
         self.suit(feel or Feel())
+        self._columns = [action.names.index(control.field) for control in controls]
+        self._rest = np.clip(np.zeros(action.size), action.low, action.high)
+        """What is done where nothing is held."""
         self._known = {
             code for control in controls for code in (*control.negative, *control.positive)
         }
-        self._read_until = -np.inf
+        self._read_until = -math.inf
         self.held: frozenset[str] = frozenset()
 
     def steers(self, codes: Iterable[str], pushed: Mapping[str, float] | None = None) -> bool:
@@ -178,14 +182,13 @@ class HeldKeys:
             min(max(axis.read(start, end) + stick.read(start, end), -1.0), 1.0)
             for axis, stick in zip(axes, sticks, strict=True)
         ]
-        columns = [self._action.names.index(control.field) for control in self._controls]
         if isinstance(self._action, Symbols):
             held = np.zeros(len(self._action.names))
-            for column, share in zip(columns, shares, strict=True):
+            for column, share in zip(self._columns, shares, strict=True):
                 held[column] += share
             return np.array([[float(held.argmax())]])
-        action = np.clip(np.zeros(self._action.size), self._action.low, self._action.high)
-        for column, share in zip(columns, shares, strict=True):
-            bound = self._action.high if share > 0 else -self._action.low
-            action[column] = share * bound[column]
+        action, space = self._rest.copy(), self._action
+        for column, share in zip(self._columns, shares, strict=True):
+            bound = space.high[column] if share > 0 else -space.low[column]
+            action[column] = share * bound
         return action[None, :]

@@ -6,7 +6,6 @@ import contextlib
 import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ from evastudio.demonstrations.recorder import Recorder
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError
 from evastudio.live.approach import approach
-from evastudio.live.coach import Coach
 from evastudio.live.correcting import Correcting
 from evastudio.live.demonstrating import check_session
 from evastudio.live.headless import make_scene
@@ -44,16 +42,22 @@ class LiveStage:
     """A stage on its own thread. Its methods may be called from any thread."""
 
     def __init__(
-        self, name: str, workspace: Workspace, store: Store, scene: Scene, seed: int | None = None
+        self,
+        name: str,
+        workspace: Workspace,
+        store: Store,
+        scene: Scene,
+        think: Callable[[Callable[[], None]], object],
+        seed: int | None = None,
     ) -> None:
-        """`seed` decides every world to come; drawn from the system where it is None."""
+        """`seed` decides every world to come; drawn from the system where it is None. `think` does
+        elsewhere what would hold the stage up, see `Coach`."""
         self.name = name
         self._workspace = workspace
         self._store = store
         self._seed = secrets.randbits(53) if seed is None else seed
         self._worlds = 0
-        self._thinking = ThreadPoolExecutor(max_workers=1, thread_name_prefix=f"coach-{name}")
-        self._stage = Stage(scene, self._next_seed(), time.monotonic(), self._thinking.submit)
+        self._stage = Stage(scene, self._next_seed(), time.monotonic(), think)
         self._holding = Holding()
         self._series = Series()
         self._teller = Teller(name, self._stage, store, self._series)
@@ -117,7 +121,7 @@ class LiveStage:
             if before is not None:
                 self._series.halt()
                 self._stage.stop(time.time())
-                self._stage.coach = Coach(self._stage.scene.dt_s, self._thinking.submit)
+                self._stage.coach = self._stage.coach.anew()
             return before
 
         before = self.pulse.call(change)
@@ -332,7 +336,6 @@ class LiveStage:
         False where the store refuses for too long: what it lacks then waits in a file.
         """
         self.pulse.close()
-        self._thinking.shutdown()
         recorder = self._stage.recorder
         if recorder is None:
             return True

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
+from queue import Empty, SimpleQueue
 from typing import TypeVar
 
 from evastudio.errors import ConflictError
@@ -33,8 +34,9 @@ class Pulse:
         """
         self._beat = beat
         self._failed = failed
-        self._calls: deque[Callable[[], None]] = deque()
-        self._wake = threading.Condition()
+        self._calls: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        """What is asked of it; None is the last."""
+        self._lock = threading.Lock()
         self._closing = False
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
@@ -44,11 +46,10 @@ class Pulse:
 
     def post(self, work: Callable[[], None]) -> None:
         """Do `work` on the thread soon; does not wait. Raises ConflictError once it is closed."""
-        with self._wake:
+        with self._lock:
             if self._closing:
                 raise ConflictError("This stage is closed; open another.")
-            self._calls.append(work)
-            self._wake.notify()
+            self._calls.put(work)
 
     def call(self, work: Callable[[], T]) -> T:
         """Do `work` on the thread and return what it returns, or raise what it raises."""
@@ -67,27 +68,31 @@ class Pulse:
 
     def close(self) -> None:
         """Do what was asked so far, and end."""
-        with self._wake:
+        with self._lock:
             self._closing = True
-            self._wake.notify()
+            self._calls.put(None)
         self._thread.join()
 
     def _run(self) -> None:
         due = time.monotonic()
         while True:
-            with self._wake:
-                while not self._calls and not self._closing:
-                    left = due - time.monotonic()
-                    if left <= 0.0:
-                        break
-                    self._wake.wait(left)
-                if self._closing and not self._calls:
-                    return
-                calls = list(self._calls)
-                self._calls.clear()
+            calls = self._asked(due)
             for call in calls:
+                if call is None:
+                    return
                 try:
                     call()
                 except Exception as error:
                     self._failed(error)
             due = self._beat(bool(calls))
+
+    def _asked(self, due: float) -> list[Callable[[], None] | None]:
+        """All that is asked by the time somebody asks, or by `due`."""
+        found: list[Callable[[], None] | None] = []
+        with contextlib.suppress(Empty):
+            left = due - time.monotonic()
+            if left > 0.0:
+                found.append(self._calls.get(timeout=left))
+            while True:
+                found.append(self._calls.get_nowait())
+        return found

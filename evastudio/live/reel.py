@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 
 from evastudio.demonstrations.records import Origin, TakeData, TakeRecord
 from evastudio.pilots.why import Why
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import Snapshot
+from evastudio.world.snapshot import AnyArray, Snapshot
 from evastudio.world.spaces import Array
 
 LIFT = 0.06
 """Metres above the ground at which the way of somebody who walks on it is drawn."""
 MOST_BYTES = 256 * 2**20
 """Of a longer run the beginning is forgotten."""
+BLOCK = 256
+"""At most so many moments are kept, and forgotten, together."""
 
 
 class Reel:
-    """The moments of a run, one for each decision and the last."""
+    """The moments of a run, one for each decision and the last.
+
+    What moves is kept in blocks of many moments: as snapshots of their own they would take ten
+    times the memory of a small world.
+    """
 
     def __init__(self, scene: Scene, origin: Origin) -> None:
         """Of a run in `scene` that began as `origin` says."""
@@ -27,12 +34,14 @@ class Reel:
         self.origin = origin
         self.key: str | None = None
         """What its recorder calls the take that the whole run is; None where it is none."""
-        self._moments: deque[Snapshot] = deque()
+        self._fixed: Mapping[str, AnyArray] = {}
+        self._blocks: deque[dict[str, AnyArray]] = deque()
+        self._each = self._bytes_each = self._count = 0
+        """Moments in a block, bytes in a moment, and moments in all blocks."""
         self._reasons: dict[int, Why] = {}
         self._places: dict[int, Array] = {}
         self._steered: set[int] = set()
         self._forgotten = 0
-        self._bytes = 0
 
     @classmethod
     def of_take(cls, scene: Scene, take: TakeRecord, data: TakeData) -> Reel:
@@ -46,19 +55,38 @@ class Reel:
 
     def add(self, moment: Snapshot) -> None:
         """What comes next."""
-        self._moments.append(moment)
-        self._bytes += _bytes(moment)
-        while self._bytes > MOST_BYTES and len(self._moments) > 2:
-            self._bytes -= _bytes(self._moments.popleft())
-            self._reasons.pop(self._forgotten, None)
-            self._places.pop(self._forgotten, None)
-            self._steered.discard(self._forgotten)
-            self._forgotten += 1
+        if not self._blocks:
+            self._fixed = moment.fixed
+            self._bytes_each = sum(array.nbytes for array in moment.moving.values())
+            self._each = min(max(MOST_BYTES // (16 * self._bytes_each), 1), BLOCK)
+        at = self._count % self._each
+        if at == 0:
+            self._blocks.append(
+                {
+                    name: np.empty((self._each, *array.shape[1:]), array.dtype)
+                    for name, array in moment.moving.items()
+                }
+            )
+        for name, kept in self._blocks[-1].items():
+            kept[at] = moment.moving[name][0]
+        self._count += 1
+        while self.bytes > MOST_BYTES and len(self._blocks) > 2:
+            self._forget()
+
+    def _forget(self) -> None:
+        """The first block of all."""
+        self._blocks.popleft()
+        self._count -= self._each
+        for step in range(self._forgotten, self._forgotten + self._each):
+            self._reasons.pop(step, None)
+            self._places.pop(step, None)
+            self._steered.discard(step)
+        self._forgotten += self._each
 
     @property
     def bytes(self) -> int:
         """What the moments take in memory."""
-        return self._bytes
+        return self._count * self._bytes_each
 
     def note(self, why: Why | None, step: int | None = None) -> None:
         """Why the decision at that step is as it is, the one after the latest moment if None."""
@@ -90,11 +118,13 @@ class Reel:
     @property
     def last(self) -> int:
         """The step after the last decision."""
-        return self._forgotten + len(self._moments) - 1
+        return self._forgotten + self._count - 1
 
     def moment(self, step: int) -> Snapshot:
         """As it was at that step, or the nearest one that is remembered."""
-        return self._moments[min(max(step, self.first), self.last) - self._forgotten]
+        block, at = divmod(min(max(step, self.first), self.last) - self._forgotten, self._each)
+        kept = self._blocks[block]
+        return Snapshot(self._fixed, {name: kept[name][at : at + 1] for name in kept})
 
     def place(self, step: int) -> Array:
         """Where the lead was at that step, (3,), metres."""
@@ -113,7 +143,7 @@ class Reel:
 
     def moments(self) -> tuple[Snapshot, ...]:
         """Those that are remembered, from `first` to `last`."""
-        return tuple(self._moments)
+        return tuple(self.moment(step) for step in range(self.first, self.last + 1))
 
     def origin_at(self, step: int) -> Origin:
         """How a take that goes on from that step says where it came from."""
@@ -124,7 +154,3 @@ def places_of(scene: Scene, worlds: Snapshot) -> Array:
     """Where the lead is in each of `worlds`, (worlds, 3), metres."""
     at = scene.whereabouts(worlds)
     return at if at.shape[1] == 3 else np.c_[at, np.full(len(at), LIFT)]
-
-
-def _bytes(moment: Snapshot) -> int:
-    return sum(array.nbytes for array in moment.moving.values())

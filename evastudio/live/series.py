@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from evastudio.errors import InvalidInputError
@@ -77,4 +77,4 @@ class Series:
     def told(self, now: float) -> dict[str, Any]:
         """What a page shows of it."""
         left = None if self.next_at is None else max(0.0, self.next_at - now)
-        return {**asdict(self.arrangement), "next_s": left}
+        return {**vars(self.arrangement), "next_s": left}

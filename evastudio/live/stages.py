@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import secrets
 import threading
 from collections.abc import Mapping
@@ -28,6 +29,8 @@ class Stages:
         self._stages: dict[str, LiveStage] = {}
         self._lock = threading.Lock()
         self._closed = Tally()
+        self._thinking = ThreadPoolExecutor(max_workers=1, thread_name_prefix="coach")
+        """For the coaches of all stages, one after the other."""
         self._rescue = Rescue(store, workspace.unsaved)
         self._rescue.begin()
         self._rescue.wait()
@@ -47,9 +50,9 @@ class Stages:
                     f"{MAX_STAGES} stages are open already; close a page that shows one."
                 )
             if not compiled.is_loaded():
-                threading.Thread(target=compiled.load, name="loading", daemon=True).start()
+                threading.Thread(target=_load, name="loading", daemon=True).start()
             name = secrets.token_hex(6)
-            stage = LiveStage(name, self._workspace, self._store, made, seed)
+            stage = LiveStage(name, self._workspace, self._store, made, self._thinking.submit, seed)
             self._stages[name] = stage
         try:
             stage.choose_session(session)
@@ -90,3 +93,14 @@ class Stages:
         names = [stage.name for stage in self.all()]
         with ThreadPoolExecutor(max_workers=max(1, len(names))) as closing:
             list(closing.map(self.close, names))
+        self._thinking.shutdown(cancel_futures=True)
+
+
+def _load() -> None:
+    """Load what stages need, and look for garbage in it once and never again.
+
+    It is some hundred thousand objects that stay; while they are looked through all stages wait.
+    """
+    compiled.load()
+    gc.collect()
+    gc.freeze()

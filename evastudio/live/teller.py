@@ -6,7 +6,7 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from evastudio.demonstrations.store import Store
@@ -126,5 +126,5 @@ class Teller:
         """The stage's `Status` and its session's totals, as JSON holds them."""
         now = time.monotonic()
         status, series = self._stage.status(now), self._series.told(now)
-        told = {"stage": self._name, **asdict(status), **asdict(self._totals), **series}
+        told = {"stage": self._name, **vars(status), **vars(self._totals), **series}
         return {**told, "problem": status.problem or self.fault}

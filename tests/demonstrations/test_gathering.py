@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from sqlalchemy import Connection, insert, select
 
+from evastudio.demonstrations import gathering as gatherings
 from evastudio.demonstrations import schema
 from evastudio.demonstrations.gathering import Gathering
 from evastudio.demonstrations.store import Store
@@ -66,6 +67,24 @@ def test_those_who_wait_are_written_together_and_a_failure_is_ones_own(store: St
         with pytest.raises(NotFoundError):
             wrong.result(WAIT_S)
     assert kept(store) == ["0", "1", "2", "3", "4", "first", "right", "second"]
+
+
+def test_who_is_patient_waits_for_others_and_for_nobody_in_a_hurry(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gatherings, "BETWEEN_S", WAIT_S)
+    notes = Notes()
+    notes.go_on.set()
+    gathering = Gathering(store.engine, notes)
+    gathering.write("first", patient=True)  # nobody wrote before: there is nothing to wait for
+    with ThreadPoolExecutor(3) as threads:
+        patient = [threads.submit(gathering.write, one, patient=True) for one in "ab"]
+        while len(gathering._waiting) < 2:
+            assert not any(one.done() for one in patient)
+        gathering.write("now")
+        for one in patient:
+            one.result(WAIT_S)
+    assert notes.together == [["first"], ["a", "b", "now"]]
 
 
 def test_many_threads_write_at_once_and_none_waits_in_vain(store: Store) -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from evastudio.demonstrations import spill as spilling
 from evastudio.demonstrations.spill import Spill
-from evastudio.demonstrations.spill_file import BEGIN, FINISH, PAIRS, Entry, read_spill
+from evastudio.demonstrations.spill_file import BEGIN, FINISH, HELD, PAIRS, Entry, read_spill
 from evastudio.demonstrations.unsaved import unsaved
 
 STORE = "a-store"
@@ -42,6 +42,20 @@ def small_files() -> Iterator[None]:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_long_line_keeps_its_order_while_some_go_and_others_come(tmp_path: Path) -> None:
+    spill = Spill(STORE, [tmp_path / "unsaved"])
+    spill.put(FIRST, FIRST)
+    came, gone = [FIRST], []
+    for number in range(1, 8 * HELD):
+        came.append(pairs(number))
+        spill.put(came[-1], FIRST)
+        if number % 3 == 0:
+            assert spill.front() == spill.front()
+            gone.append(spill.front())
+            spill.done()
+    assert gone + drained(spill) == came
 
 
 def test_entries_come_out_as_they_went_in_and_leave_nothing(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from evastudio.live.act import COUNTDOWN_S
-from evastudio.live.coach import Coach, Moment, judged
+from evastudio.live.coach import Coach, Moments, Remembered, judged
 from evastudio.live.run import Run
 from evastudio.live.stage import Stage
 from evastudio.live.status import Advice
@@ -38,20 +38,21 @@ class Blind(StraightPilot):
         return scene.action.high * shaken, memory
 
 
-def flown(scene: Scene, pilot: Pilot, flights: int = 3, steps: int = 540) -> list[Moment]:
+def flown(scene: Scene, pilot: Pilot, flights: int = 3, steps: int = 540) -> Moments:
     """Every decision of some flights."""
     view = scene.perception()
-    takes: list[list[Moment]] = [[] for _ in range(flights)]
+    takes: list[list[Moments]] = [[] for _ in range(flights)]
 
     def watch(alive, snapshot, actions):  # type: ignore[no-untyped-def]
         percept = view.perceive(snapshot)
         for row, take in enumerate(alive):
             one = slice(row, row + 1)
-            moment = Moment(percept.states[one], percept.frame[one], actions[one], int(take))
-            takes[take].append(moment)
+            told = percept.states[one], percept.frame[one], actions[one], np.array([take])
+            takes[take].append(Moments(*told))
 
     roll_out(scene, pilot, world_seeds(3, flights), max_steps=steps, watcher=watch)
-    return [moment for take in takes for moment in take]
+    parts = zip(*(moment for take in takes for moment in take), strict=True)
+    return Moments(*(np.concatenate(part) for part in parts))
 
 
 @pytest.mark.parametrize("style", ["careful", "human", "keys"])
@@ -74,8 +75,8 @@ def test_who_teaches_nothing_is_told_why(
 def test_too_early_nothing_is_said(asteroids: Callable[..., Scene]) -> None:
     scene = asteroids(density=4.0)
     moments = flown(scene, EARLY)
-    assert judged(scene, moments[: 39 * 15]) is None
-    assert judged(scene, moments[: 19 * 15]) is None
+    for seconds in (39, 19):
+        assert judged(scene, Moments(*(part[: seconds * 15] for part in moments))) is None
 
 
 def test_what_repeats_the_action_does_not_count_as_seeing_it(
@@ -83,11 +84,25 @@ def test_what_repeats_the_action_does_not_count_as_seeing_it(
 ) -> None:
     scene = asteroids(density=4.0)
     moments = flown(scene, Blind(), flights=6, steps=300)
-    copies = [
-        one._replace(states=np.hstack([one.states, (one.frame[0] @ one.action[0])[None]]))
-        for one in moments
-    ]
+    own = np.einsum("kij,kj->ki", moments.frames, moments.actions)
+    copies = moments._replace(states=np.hstack([moments.states, own]))
     assert judged(scene, copies) is Advice.HIDDEN
+
+
+def test_it_remembers_the_latest_decisions_in_order() -> None:
+    remembered = Remembered(3)
+    for number in range(5):
+        remembered.add(
+            np.full((1, 2), number), np.zeros((1, 0)), np.full((1, 1), number), number // 2
+        )
+        held = remembered.all()
+        assert held.actions[:, 0].tolist() == list(range(max(number - 2, 0), number + 1))
+    assert held.states.tolist() == [[2, 2], [3, 3], [4, 4]]
+    assert held.takes.tolist() == [1, 1, 2]
+    remembered.add(np.zeros((1, 5)), np.zeros((1, 0)), np.zeros((1, 1)), 3)
+    assert remembered.all().states.shape == (1, 5), (
+        "what is perceived otherwise is not mixed with it"
+    )
 
 
 def test_it_thinks_now_and_then_and_says_one_thing(asteroids: Callable[..., Scene]) -> None:
