@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from fastapi import APIRouter, Response, status
 
@@ -17,7 +17,7 @@ from evastudio.api.paging import NumberedPage
 from evastudio.api.people import Person, Visitor
 from evastudio.errors import ConflictError
 from evastudio.evaluation import preferences
-from evastudio.evaluation.preferences import Ballot, Preference
+from evastudio.evaluation.preferences import Ballot
 from evastudio.evaluation.studies import studies
 from evastudio.evaluation.table_three import table_three
 from evastudio.live import balloting
@@ -61,9 +61,14 @@ def list_ballots(
 
 
 @router.get("/preferences")
-def list_preferences(studio: Studio, visitor: Visitor) -> list[PreferenceOut]:
-    """What came of the ballots: to authors of all, to viewers of those they have voted on."""
-    return [PreferenceOut.model_validate(one) for one in _known(studio, visitor)]
+def list_preferences(studio: Studio, visitor: Visitor, paging: NumberedPage) -> Page[PreferenceOut]:
+    """What came of the ballots, the newest first: to authors of all, to viewers of those they have
+    voted on. A page holds fewer items than it may where nobody has voted yet."""
+    found = preferences.ballots(studio.store, after=paging.cursor, limit=paging.limit + 1)
+    page = found[: paging.limit]
+    told = preferences.preferences(studio.store, _known(page, studio, visitor))
+    items = [PreferenceOut.model_validate(one) for one in reversed(told)]
+    return Page(items=items, next=page[-1].id if len(found) > paging.limit else None)
 
 
 @router.get(
@@ -71,7 +76,9 @@ def list_preferences(studio: Studio, visitor: Visitor) -> list[PreferenceOut]:
 )
 def get_table(studio: Studio, visitor: Visitor) -> Response:
     """The paper's table 3, with the studies stored and what came of the ballots, as Markdown."""
-    table = "\n".join(table_three(studies(studio.store), _known(studio, visitor))) + "\n"
+    ballots = _known(preferences.ballots(studio.store), studio, visitor)
+    found = preferences.preferences(studio.store, ballots)
+    table = "\n".join(table_three(studies(studio.store), found)) + "\n"
     named = {"Content-Disposition": 'attachment; filename="table-3.md"'}
     return Response(table, media_type=MARKDOWN, headers=named)
 
@@ -137,11 +144,9 @@ def _may_know(ballot: Ballot, studio: Context, visitor: Person) -> bool:
     )
 
 
-def _known(studio: Context, visitor: Person) -> list[Preference]:
-    found = preferences.preferences(studio.store)
-    if visitor.role is Role.AUTHOR:
-        return list(found)
-    return [one for one in found if preferences.votes_of(studio.store, one.ballot, visitor.voter)]
+def _known(ballots: Sequence[Ballot], studio: Context, visitor: Person) -> list[Ballot]:
+    """Those of `ballots` of which somebody may know who is in them."""
+    return [one for one in ballots if _may_know(one, studio, visitor)]
 
 
 def _titles(studio: Context) -> Mapping[str, str]:

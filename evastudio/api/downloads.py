@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
-from typing import Any
+import os
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, BinaryIO
 
 from fastapi import Request, Response
+from fastapi.responses import StreamingResponse
 
 BINARY: Mapping[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 TEXT: Mapping[str, Any] = {"schema": {"type": "string"}}
+
+PIECE_BYTES = 2**18
+"""A file is read in pieces of this size while it is sent."""
 
 
 def etag_of(*parts: object) -> str:
@@ -27,14 +32,36 @@ def download(
     request: Request, etag: str, name: str, media_type: str, content: Callable[[], bytes]
 ) -> Response:
     """The bytes of `content` as a file called `name`, or 304 where the client has them."""
-    headers = {
+    headers = _headers(etag, name)
+    if matches(request.headers.get("if-none-match", ""), etag):
+        return Response(status_code=304, headers=headers)
+    return Response(content(), media_type=media_type, headers=headers)
+
+
+def download_file(
+    request: Request, etag: str, name: str, media_type: str, file: BinaryIO
+) -> Response:
+    """`download` of an open file, which is read while it is sent, and closed."""
+    headers = _headers(etag, name)
+    if matches(request.headers.get("if-none-match", ""), etag):
+        file.close()
+        return Response(status_code=304, headers=headers)
+    headers["Content-Length"] = str(os.fstat(file.fileno()).st_size)
+    return StreamingResponse(_pieces(file), media_type=media_type, headers=headers)
+
+
+def _headers(etag: str, name: str) -> dict[str, str]:
+    return {
         "ETag": etag,
         "Cache-Control": "private, no-cache",
         "Content-Disposition": f'attachment; filename="{name}"',
     }
-    if matches(request.headers.get("if-none-match", ""), etag):
-        return Response(status_code=304, headers=headers)
-    return Response(content(), media_type=media_type, headers=headers)
+
+
+def _pieces(file: BinaryIO) -> Iterator[bytes]:
+    with file:
+        while piece := file.read(PIECE_BYTES):
+            yield piece
 
 
 def downloadable(contents: Mapping[str, Mapping[str, Any]]) -> dict[int | str, dict[str, Any]]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import os
 
 from fastapi import APIRouter, Request, Response, status
 
 from evastudio.api.context import Context, Studio
-from evastudio.api.downloads import BINARY, TEXT, download, downloadable, etag_of
+from evastudio.api.downloads import BINARY, TEXT, download_file, downloadable, etag_of
 from evastudio.api.models.common import Page
 from evastudio.api.models.films import FilmIn, FilmOut, TakeFilmIn
 from evastudio.api.models.jobs import JobOut
@@ -52,10 +53,10 @@ def list_films(studio: Studio, paging: NamedPage) -> Page[FilmOut]:
 )
 def get_film(film: str, request: Request, studio: Studio) -> Response:
     """A film as a file."""
-    path = films.film_file(studio.workspace, film)
-    told = path.stat()
+    file = films.open_film(studio.workspace, film)
+    told = os.fstat(file.fileno())
     etag = etag_of("film", film, told.st_size, told.st_mtime_ns)
-    return download(request, etag, film, KINDS[path.suffix[1:]], path.read_bytes)
+    return download_file(request, etag, film, KINDS[film.rpartition(".")[2]], file)
 
 
 @router.delete("/films/{film}", status_code=status.HTTP_204_NO_CONTENT)

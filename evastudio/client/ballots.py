@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from evastudio.client.connection import Connection
 from evastudio.client.lineups import Lineup, lineup
@@ -111,10 +111,9 @@ class Ballots:
         """What came of it so far. Raises ConflictError for a viewer who has not voted on it."""
         return read(Preference, self._connection.get(f"/ballots/{ballot}/preference"))
 
-    def preferences(self) -> Sequence[Preference]:
-        """What came of all; for viewers of those that they have voted on."""
-        told: Sequence[Mapping[str, Any]] = self._connection.get("/ballots/preferences")
-        return [read(Preference, one) for one in told]
+    def preferences(self) -> Iterator[Preference]:
+        """What came of all, the newest first; for viewers of those that they have voted on."""
+        return (read(Preference, one) for one in self._connection.pages("/ballots/preferences"))
 
     def table_three(self) -> str:
         """The paper's table 3, with the studies kept and what came of the ballots, in Markdown."""

@@ -212,9 +212,10 @@ def preference(store: Store, ballot: Ballot) -> Preference:
     )
 
 
-def preferences(store: Store) -> Sequence[Preference]:
-    """What came of every ballot on which somebody voted, in the order they were opened."""
-    found = [preference(store, ballot) for ballot in reversed(ballots(store))]
+def preferences(store: Store, some: Sequence[Ballot] | None = None) -> Sequence[Preference]:
+    """What came of every ballot on which somebody voted, or of `some`; the oldest first."""
+    asked = ballots(store) if some is None else some
+    found = (preference(store, ballot) for ballot in sorted(asked, key=lambda one: one.id))
     return [one for one in found if one.people]
 
 

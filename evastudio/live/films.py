@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from importlib.util import find_spec
 from pathlib import Path
+from typing import BinaryIO
 
 from evastudio.errors import ConflictError, InvalidInputError, not_found
 from evastudio.workspace import Workspace
@@ -65,14 +66,23 @@ def films(workspace: Workspace) -> list[FilmFile]:
     return found
 
 
-def film_file(workspace: Workspace, name: str) -> Path:
-    """Where the film of that name lies. Raises NotFoundError."""
-    known = [one.name for one in films(workspace)]
-    if name not in known:
-        raise not_found("film", name, known)
-    return workspace.films / name
+def open_film(workspace: Workspace, name: str) -> BinaryIO:
+    """The film of that name, to be read; it can be though it is deleted meanwhile. Raises
+    NotFoundError."""
+    path = _path(workspace, name)
+    try:
+        return path.open("rb")
+    except FileNotFoundError:  # deleted since it was looked for
+        raise not_found("film", name, []) from None
 
 
 def forget_film(workspace: Workspace, name: str) -> None:
     """Delete a film. Raises NotFoundError."""
-    film_file(workspace, name).unlink(missing_ok=True)
+    _path(workspace, name).unlink(missing_ok=True)
+
+
+def _path(workspace: Workspace, name: str) -> Path:
+    known = [one.name for one in films(workspace)]
+    if name not in known:
+        raise not_found("film", name, known)
+    return workspace.films / name

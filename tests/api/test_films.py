@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 
 import av
 
@@ -44,6 +45,20 @@ def test_a_take_is_made_into_a_video_and_a_page(studio: Studio) -> None:
     for wrong in ({"form": "gif"}, {"width": 161}, {"camera": "behind"}):
         assert client.post(f"{API}/takes/{take}/film", json=wrong).status_code == 422
     assert client.get(f"{API}/films/..%2Fstudio.db").status_code == 404
+
+
+def test_a_film_that_is_deleted_while_it_is_sent_arrives_whole(studio: Studio) -> None:
+    content = os.urandom(24_000_000)  # more than the sockets between us hold
+    (studio.workspace.films / "large.mp4").write_bytes(content)
+    address = f"{API}/films/large.mp4"
+    with studio.client.stream("GET", address) as answer:
+        assert answer.headers["content-length"] == str(len(content))
+        pieces = answer.iter_raw()
+        got = next(pieces)
+        assert studio.client.delete(address).status_code == 204
+        got += b"".join(pieces)
+    assert got == content
+    assert studio.client.get(address).status_code == 404
 
 
 def test_a_stage_on_which_nothing_moved_has_no_film(studio: Studio) -> None:

@@ -133,6 +133,11 @@ def test_a_vote_is_blind_kept_once_and_counted(viewer: httpx.Client, studio: Stu
     assert (found["votes"], found["neither"], found["people"]) == ([1, 0], 1, 1)
     mine = author.get(address).json()
     assert (mine["votes"], mine["mine"]) == (2, 0)
+    newer = author.post(f"{API}/ballots", json=body).json()["id"]
+    page = author.get(f"{API}/ballots/preferences", params={"limit": 1}).json()
+    assert page == {"items": [], "next": newer}, "nobody has voted on the newest"
+    page = author.get(f"{API}/ballots/preferences", params={"cursor": newer}).json()
+    assert page["items"][0] == viewer.get(f"{address}/preference").json()
     theirs = shown(viewer)
     wrong = {"lineup": theirs["id"], "livelier": "left"}
     assert viewer.post(f"{address}/votes", json=wrong).status_code == 409

@@ -216,7 +216,7 @@ export const api = {
   /** @param {number} ballot @returns {Promise<void>} */
   deleteBallot: (ballot) => ask("DELETE", `/ballots/${ballot}`),
   /** @returns {Promise<import("./types.js").Preference[]>} */
-  preferences: () => ask("GET", "/ballots/preferences"),
+  preferences: () => every("/ballots/preferences"),
   /** @param {number} ballot @returns {Promise<import("./types.js").Lineup>} */
   showPair: (ballot) => ask("POST", `/ballots/${ballot}/showings`),
   /**
