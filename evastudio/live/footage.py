@@ -23,6 +23,8 @@ from evastudio.world.spaces import Array
 
 LONGEST_S = 600.0
 """Of what is made into a film."""
+MOST_BYTES = 64 * 2**20
+"""Of what moves in it; jobs that wait, and some that have ended, hold theirs in memory."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,11 @@ def footage_of(
     if (len(moments) - 1) * scene.dt_s > LONGEST_S:
         raise InvalidInputError(
             f"It lasts {(len(moments) - 1) * scene.dt_s:.0f} s; films last {LONGEST_S:g} s at most."
+        )
+    if (size := len(moments) * sum(one.nbytes for one in moments[0].moving.values())) > MOST_BYTES:
+        raise InvalidInputError(
+            f"What moves in it takes {size / 2**20:,.0f} MB, and a film's may take "
+            f"{MOST_BYTES // 2**20}. Choose a shorter run or fewer characters."
         )
     known = scene.cameras(moments[0])
     if camera is not None and camera not in known:

@@ -12,6 +12,7 @@ import pytest
 
 from evastudio.errors import ConflictError, InvalidInputError, NotFoundError
 from evastudio.live import films
+from evastudio.live import footage as footages
 from evastudio.live.footage import file_name, footage_of, frames, policy_footage
 from evastudio.studio import filming
 from evastudio.studio.painter import Painter
@@ -42,12 +43,13 @@ def test_a_page_holds_all_that_it_plays(workspace: Workspace) -> None:
     (workspace.films / "no-file.html").mkdir()
     (kept,) = films.films(workspace)
     assert kept.name == told["film"] == "asteroids-asteroids-careful-4.html"
-    page = films.film_file(workspace, kept.name).read_text(encoding="utf-8")
+    with films.open_film(workspace, kept.name) as file:
+        page = file.read().decode()
     assert "__VISER_EMBED_DATA__" in page
     assert "<title>Asteroid field: asteroids-careful, world 4</title>" in page
     films.forget_film(workspace, kept.name)
     with pytest.raises(NotFoundError, match="film"):
-        films.film_file(workspace, kept.name)
+        films.open_film(workspace, kept.name)
 
 
 def test_a_painter_shows_nearer_things_before_farther_ones(workspace: Workspace) -> None:
@@ -65,7 +67,9 @@ def test_a_painter_shows_nearer_things_before_farther_ones(workspace: Workspace)
         painter.paint(moment, Camera(camera.position * np.nan, camera.look_at, camera.up))
 
 
-def test_what_cannot_be_filmed_is_said(workspace: Workspace) -> None:
+def test_what_cannot_be_filmed_is_said(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
     footage = policy_footage(workspace, "straight", 4, {"density": 0.1}, "far", "asteroids")
     assert (footage.camera, footage.moments > 100) == ("far", True)
     reel = footage.reel(workspace)
@@ -77,4 +81,7 @@ def test_what_cannot_be_filmed_is_said(workspace: Workspace) -> None:
         filming.film(workspace, footage, "mp4", (161, 90))
     with pytest.raises(InvalidInputError, match="'gif'"):
         filming.film(workspace, footage, "gif")
+    monkeypatch.setattr(footages, "MOST_BYTES", len(reel.moments()) * 64 - 1)
+    with pytest.raises(InvalidInputError, match="shorter run"):
+        footage_of(reel, reel.moments(), None, "a", "A")
     assert file_name("Ärger & Co: 7/..") == "rger-co-7"
