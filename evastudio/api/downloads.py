@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, BinaryIO
 
 from fastapi import Request, Response
 from fastapi.responses import StreamingResponse
+from starlette.types import Receive, Scope, Send
 
 BINARY: Mapping[str, Any] = {"schema": {"type": "string", "format": "binary"}}
 TEXT: Mapping[str, Any] = {"schema": {"type": "string"}}
@@ -47,7 +48,18 @@ def download_file(
         file.close()
         return Response(status_code=304, headers=headers)
     headers["Content-Length"] = str(os.fstat(file.fileno()).st_size)
-    return StreamingResponse(_pieces(file), media_type=media_type, headers=headers)
+    return _FileResponse(file, media_type, headers)
+
+
+class _FileResponse(StreamingResponse):
+    def __init__(self, file: BinaryIO, media_type: str, headers: Mapping[str, str]) -> None:
+        pieces = iter(lambda: file.read(PIECE_BYTES), b"")
+        super().__init__(pieces, media_type=media_type, headers=headers)
+        self._file = file
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        with self._file:  # also where whoever asked is gone before the first piece
+            await super().__call__(scope, receive, send)
 
 
 def _headers(etag: str, name: str) -> dict[str, str]:
@@ -56,12 +68,6 @@ def _headers(etag: str, name: str) -> dict[str, str]:
         "Cache-Control": "private, no-cache",
         "Content-Disposition": f'attachment; filename="{name}"',
     }
-
-
-def _pieces(file: BinaryIO) -> Iterator[bytes]:
-    with file:
-        while piece := file.read(PIECE_BYTES):
-            yield piece
 
 
 def downloadable(contents: Mapping[str, Mapping[str, Any]]) -> dict[int | str, dict[str, Any]]:

@@ -27,8 +27,8 @@ ASIDE = ".kept"
 FRAME = struct.Struct("<II")
 DONE_BYTES = 256_000
 """So much that is done with may stay in a file: shortening it can take a busy disk a while."""
-HELD = 8
-"""So many entries are kept in memory too until they are done with: mostly one is, at once."""
+HELD_BYTES = 2**18
+"""So much is kept in memory too until it is done with: mostly it is at once."""
 MOST_BYTES = 2**30
 """Of one frame; a longer one is damage."""
 
@@ -75,6 +75,7 @@ class SpillFile:
         self._first = self._again = self._at = self.end
         self._held: deque[tuple[int, Entry]] = deque()
         """The first entries that are not done with, and where each of them ends."""
+        self._held_bytes = 0
         self._once = False
         """Whether it holds what is better not done once more: ends, throws into the trash."""
 
@@ -85,8 +86,9 @@ class SpillFile:
         self._once |= entry.kind not in (BEGIN, PAIRS)
         self._append(entry.to_bytes())
         next_to = self._held[-1][0] == begins if self._held else not waits
-        if next_to and len(self._held) < HELD:
+        if next_to and self._held_bytes + len(entry.data) <= HELD_BYTES:
             self._held.append((self.end, entry))
+            self._held_bytes += len(entry.data)
         if entry.kind == BEGIN:
             self.keys.add(entry.key)
             if leads:
@@ -127,7 +129,8 @@ class SpillFile:
         The beginning of a take stays there as long as that goes on: it is the largest entry.
         """
         if self._held:
-            self._at, _ = self._held.popleft()
+            self._at, entry = self._held.popleft()
+            self._held_bytes -= len(entry.data)
         else:
             length, _ = FRAME.unpack(os.pread(self._file, FRAME.size, self._at))
             self._at += FRAME.size + length

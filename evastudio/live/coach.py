@@ -71,7 +71,9 @@ class Remembered:
         """One more, of which each array has a leading axis of one; the oldest goes for it."""
         one = Moments(states, frame, action, np.array([take]))
         held = self._held
-        if held is None or [part.shape[1:] for part in one] != [part.shape[1:] for part in held]:
+        if held is None or [(part.shape[1:], part.dtype) for part in one] != [
+            (part.shape[1:], part.dtype) for part in held
+        ]:
             made = (np.empty((self._most, *part.shape[1:]), part.dtype) for part in one)
             held, self._seen = Moments(*made), 0
             self._held = held

@@ -67,7 +67,7 @@ def films(workspace: Workspace) -> list[FilmFile]:
 
 
 def open_film(workspace: Workspace, name: str) -> BinaryIO:
-    """The film of that name, to be read; it can be though it is deleted meanwhile. Raises
+    """The film of that name, to be read, also where it is deleted meanwhile. Raises
     NotFoundError."""
     path = _path(workspace, name)
     try:

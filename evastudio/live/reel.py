@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
 from evastudio.demonstrations.records import Origin, TakeData, TakeRecord
+from evastudio.live.moments import Moments
 from evastudio.pilots.why import Why
 from evastudio.world.scene import Scene
-from evastudio.world.snapshot import AnyArray, Snapshot
+from evastudio.world.snapshot import Snapshot
 from evastudio.world.spaces import Array
 
 LIFT = 0.06
 """Metres above the ground at which the way of somebody who walks on it is drawn."""
 MOST_BYTES = 256 * 2**20
 """Of a longer run the beginning is forgotten."""
-BLOCK = 256
-"""At most so many moments are kept, and forgotten, together."""
 
 
 class Reel:
-    """The moments of a run, one for each decision and the last.
-
-    What moves is kept in blocks of many moments: as snapshots of their own they would take ten
-    times the memory of a small world.
-    """
+    """The moments of a run, one for each decision and the last."""
 
     def __init__(self, scene: Scene, origin: Origin) -> None:
         """Of a run in `scene` that began as `origin` says."""
@@ -34,14 +28,10 @@ class Reel:
         self.origin = origin
         self.key: str | None = None
         """What its recorder calls the take that the whole run is; None where it is none."""
-        self._fixed: Mapping[str, AnyArray] = {}
-        self._blocks: deque[dict[str, AnyArray]] = deque()
-        self._each = self._bytes_each = self._count = 0
-        """Moments in a block, bytes in a moment, and moments in all blocks."""
+        self._moments = Moments()
         self._reasons: dict[int, Why] = {}
         self._places: dict[int, Array] = {}
         self._steered: set[int] = set()
-        self._forgotten = 0
 
     @classmethod
     def of_take(cls, scene: Scene, take: TakeRecord, data: TakeData) -> Reel:
@@ -55,38 +45,17 @@ class Reel:
 
     def add(self, moment: Snapshot) -> None:
         """What comes next."""
-        if not self._blocks:
-            self._fixed = moment.fixed
-            self._bytes_each = sum(array.nbytes for array in moment.moving.values())
-            self._each = min(max(MOST_BYTES // (16 * self._bytes_each), 1), BLOCK)
-        at = self._count % self._each
-        if at == 0:
-            self._blocks.append(
-                {
-                    name: np.empty((self._each, *array.shape[1:]), array.dtype)
-                    for name, array in moment.moving.items()
-                }
-            )
-        for name, kept in self._blocks[-1].items():
-            kept[at] = moment.moving[name][0]
-        self._count += 1
-        while self.bytes > MOST_BYTES and len(self._blocks) > 2:
-            self._forget()
-
-    def _forget(self) -> None:
-        """The first block of all."""
-        self._blocks.popleft()
-        self._count -= self._each
-        for step in range(self._forgotten, self._forgotten + self._each):
-            self._reasons.pop(step, None)
-            self._places.pop(step, None)
-            self._steered.discard(step)
-        self._forgotten += self._each
+        self._moments.append(moment)
+        while self._moments.bytes > MOST_BYTES and (gone := self._moments.forget()):
+            for step in gone:
+                self._reasons.pop(step, None)
+                self._places.pop(step, None)
+                self._steered.discard(step)
 
     @property
     def bytes(self) -> int:
         """What the moments take in memory."""
-        return self._count * self._bytes_each
+        return self._moments.bytes
 
     def note(self, why: Why | None, step: int | None = None) -> None:
         """Why the decision at that step is as it is, the one after the latest moment if None."""
@@ -113,18 +82,16 @@ class Reel:
     @property
     def first(self) -> int:
         """The first step that is remembered."""
-        return self._forgotten
+        return self._moments.first
 
     @property
     def last(self) -> int:
         """The step after the last decision."""
-        return self._forgotten + self._count - 1
+        return self.first + len(self._moments) - 1
 
     def moment(self, step: int) -> Snapshot:
         """As it was at that step, or the nearest one that is remembered."""
-        block, at = divmod(min(max(step, self.first), self.last) - self._forgotten, self._each)
-        kept = self._blocks[block]
-        return Snapshot(self._fixed, {name: kept[name][at : at + 1] for name in kept})
+        return self._moments[min(max(step, self.first), self.last) - self.first]
 
     def place(self, step: int) -> Array:
         """Where the lead was at that step, (3,), metres."""
@@ -141,9 +108,9 @@ class Reel:
             return self.moment(step)
         return self.scene.interpolate(self.moment(step), self.moment(step + 1), position - step)
 
-    def moments(self) -> tuple[Snapshot, ...]:
-        """Those that are remembered, from `first` to `last`."""
-        return tuple(self.moment(step) for step in range(self.first, self.last + 1))
+    def moments(self) -> Sequence[Snapshot]:
+        """Those that are remembered by now, from `first` to `last`; for any thread."""
+        return self._moments.as_they_are()
 
     def origin_at(self, step: int) -> Origin:
         """How a take that goes on from that step says where it came from."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import gc
+import contextlib
 import secrets
 import threading
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 
 from evastudio.demonstrations.store import Store
-from evastudio.errors import BusyError, StudioError, not_found
+from evastudio.errors import BusyError, ConflictError, NotFoundError, StudioError, not_found
 from evastudio.live.headless import make_scene
 from evastudio.live.live_stage import LiveStage
 from evastudio.live.rescue import Rescue
@@ -29,6 +29,7 @@ class Stages:
         self._stages: dict[str, LiveStage] = {}
         self._lock = threading.Lock()
         self._closed = Tally()
+        self._ended = False
         self._thinking = ThreadPoolExecutor(max_workers=1, thread_name_prefix="coach")
         """For the coaches of all stages, one after the other."""
         self._rescue = Rescue(store, workspace.unsaved)
@@ -42,15 +43,17 @@ class Stages:
         session: int | None = None,
         seed: int | None = None,
     ) -> LiveStage:
-        """A new stage. Raises BusyError where too many are open."""
+        """A new stage. Raises BusyError where too many are open, ConflictError at the end."""
         made = make_scene(self._workspace, scene, options)
         with self._lock:
+            if self._ended:
+                raise ConflictError("The studio is being closed.")
             if len(self._stages) >= MAX_STAGES:
                 raise BusyError(
                     f"{MAX_STAGES} stages are open already; close a page that shows one."
                 )
             if not compiled.is_loaded():
-                threading.Thread(target=_load, name="loading", daemon=True).start()
+                threading.Thread(target=compiled.load, name="loading", daemon=True).start()
             name = secrets.token_hex(6)
             stage = LiveStage(name, self._workspace, self._store, made, self._thinking.submit, seed)
             self._stages[name] = stage
@@ -90,17 +93,15 @@ class Stages:
     def close_all(self) -> None:
         """Close every stage, all at once: each may have to wait for the store."""
         self._rescue.close()
-        names = [stage.name for stage in self.all()]
-        with ThreadPoolExecutor(max_workers=max(1, len(names))) as closing:
-            list(closing.map(self.close, names))
-        self._thinking.shutdown(cancel_futures=True)
+        with self._lock:
+            self._ended = True
+            names = list(self._stages)
+        try:
+            with ThreadPoolExecutor(max_workers=max(1, len(names))) as closing:
+                list(closing.map(self._close, names))
+        finally:
+            self._thinking.shutdown(cancel_futures=True)
 
-
-def _load() -> None:
-    """Load what stages need, and look for garbage in it once and never again.
-
-    It is some hundred thousand objects that stay; while they are looked through all stages wait.
-    """
-    compiled.load()
-    gc.collect()
-    gc.freeze()
+    def _close(self, name: str) -> None:
+        with contextlib.suppress(NotFoundError):  # somebody was faster
+            self.close(name)

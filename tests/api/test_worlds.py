@@ -186,15 +186,16 @@ def test_worlds_nobody_asks_for_close_themselves_and_keep_the_take(
     monkeypatch.setattr(routes, "IDLE_S", 0.02)
     scene = headless.make_scene(workspace, "asteroids")
 
-    async def left_alone(context: Context, session: int) -> None:
+    async def left_alone(store: Store, session: int) -> Context:
+        context = Context(workspace, store, Jobs(), Stages(workspace, store), film)
         batch = context.worlds.open("asteroids", [1], session=session)
         batch.step(np.zeros((7, 1, 2)))
         await routes._close_when_idle(batch, context)
+        return context
 
     with Store(workspace.store_url) as store:
-        context = Context(workspace, store, Jobs(), Stages(workspace, store), film)
         session = store.create_session(scene, "Left", "x", 0.0)
-        asyncio.run(left_alone(context, session))
+        context = asyncio.run(left_alone(store, session))
         assert context.worlds.all() == []
         assert [take.pairs for take in store.takes(session)] == [7]
         context.jobs.close()

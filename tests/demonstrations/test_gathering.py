@@ -72,7 +72,7 @@ def test_those_who_wait_are_written_together_and_a_failure_is_ones_own(store: St
 def test_who_is_patient_waits_for_others_and_for_nobody_in_a_hurry(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(gatherings, "BETWEEN_S", WAIT_S)
+    monkeypatch.setattr(gatherings, "BETWEEN_S", 10 * WAIT_S)
     notes = Notes()
     notes.go_on.set()
     gathering = Gathering(store.engine, notes)
@@ -81,8 +81,7 @@ def test_who_is_patient_waits_for_others_and_for_nobody_in_a_hurry(
         patient = [threads.submit(gathering.write, one, patient=True) for one in "ab"]
         while len(gathering._waiting) < 2:
             assert not any(one.done() for one in patient)
-        gathering.write("now")
-        for one in patient:
+        for one in (threads.submit(gathering.write, "now"), *patient):
             one.result(WAIT_S)
     assert notes.together == [["first"], ["a", "b", "now"]]
 

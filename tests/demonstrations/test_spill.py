@@ -14,7 +14,7 @@ import pytest
 
 from evastudio.demonstrations import spill as spilling
 from evastudio.demonstrations.spill import Spill
-from evastudio.demonstrations.spill_file import BEGIN, FINISH, HELD, PAIRS, Entry, read_spill
+from evastudio.demonstrations.spill_file import BEGIN, FINISH, HELD_BYTES, PAIRS, Entry, read_spill
 from evastudio.demonstrations.unsaved import unsaved
 
 STORE = "a-store"
@@ -48,8 +48,8 @@ def test_a_long_line_keeps_its_order_while_some_go_and_others_come(tmp_path: Pat
     spill = Spill(STORE, [tmp_path / "unsaved"])
     spill.put(FIRST, FIRST)
     came, gone = [FIRST], []
-    for number in range(1, 8 * HELD):
-        came.append(pairs(number))
+    for number in range(1, 64):
+        came.append(pairs(number, HELD_BYTES // 10))
         spill.put(came[-1], FIRST)
         if number % 3 == 0:
             assert spill.front() == spill.front()

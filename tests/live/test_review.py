@@ -10,6 +10,7 @@ from evastudio.demonstrations.records import RECORDED, Origin, TakeData, TakeRec
 from evastudio.demonstrations.replay import replay_take
 from evastudio.demonstrations.store import Store
 from evastudio.errors import ConflictError, InvalidInputError
+from evastudio.live import moments
 from evastudio.live import reel as reels
 from evastudio.live.act import COUNTDOWN_S
 from evastudio.live.reel import Reel
@@ -93,6 +94,7 @@ def test_a_long_run_forgets_its_beginning(
     stage: Stage, scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(reels, "MOST_BYTES", 1000)
+    monkeypatch.setattr(moments, "BLOCK", 4)
     stage.play(scene, StraightPilot(), 9, 0.0, 0.0)
     run(stage, 0.0, 3.02)
     assert stage.run.reel.first > 0

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import threading
+import weakref
 from collections.abc import Iterator
 from typing import Any
 
@@ -50,6 +52,25 @@ def test_a_scene_that_fails_while_it_is_looked_at_is_stopped(
     assert stopped.wait(WAIT_S)
     assert "the log tells why" in problems[0]
     assert stage.status()["phase"] == "ready"
+
+
+def test_a_closed_stage_is_gone_with_all_that_it_remembers(stages: Stages) -> None:
+    stage = stages.open("asteroids", seed=1)
+    stage.play("straight")
+    run = weakref.ref(stage._stage.run)
+    stages.close(stage.name)
+    del stage
+    gc.collect()
+    assert run() is None
+
+
+def test_at_the_end_no_stage_is_opened_any_more(workspace: Workspace, store: Store) -> None:
+    stages = Stages(workspace, store)
+    stages.open("asteroids", seed=1)
+    stages.close_all()
+    assert stages.all() == []
+    with pytest.raises(ConflictError, match="closed"):
+        stages.open("asteroids", seed=1)
 
 
 def test_a_closed_stage_refuses_and_does_not_hang(stages: Stages) -> None:
