@@ -21,14 +21,15 @@ run: $(VENV)/.installed
 
 # Side by side; which tests stay together is in tests/conftest.py.
 WORKERS ?= 2
+SIDE_BY_SIDE = -n $(WORKERS) --dist loadscope --no-loadscope-reorder
 
 test: $(VENV)/.rl chromium postgres nginx
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadscope --no-loadscope-reorder
+	$(BIN)/python -m pytest $(SIDE_BY_SIDE)
 
 # The store, its recorder and the stages are tested on both databases by `make test`; this runs
 # everything that goes over HTTP on PostgreSQL too.
 test-postgres: $(VENV)/.dev postgres
-	EVASTUDIO_TESTS_ON=postgres $(BIN)/python -m pytest tests/api tests/client
+	EVASTUDIO_TESTS_ON=postgres $(BIN)/python -m pytest $(SIDE_BY_SIDE) tests/api tests/client
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
