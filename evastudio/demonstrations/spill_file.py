@@ -27,8 +27,8 @@ ASIDE = ".kept"
 FRAME = struct.Struct("<II")
 DONE_BYTES = 256_000
 """So much that is done with may stay in a file: shortening it can take a busy disk a while."""
-HELD_BYTES = 2**18
-"""So much is kept in memory too until it is done with: mostly it is at once."""
+HELD_BYTES = 2**15
+"""So much is kept in memory too, which is a chunk or some: mostly they are done with at once."""
 MOST_BYTES = 2**30
 """Of one frame; a longer one is damage."""
 
