@@ -117,7 +117,7 @@ function keepFocus(before, after) {
  */
 function row(take, { scene, remarks, shown }, act) {
   const good = take.outcome !== null && scene?.successes?.includes(take.outcome);
-  const words = take.outcome === null ? "Broken off" : outcomeWords(take.outcome);
+  const words = take.outcome === null ? "Stopped" : outcomeWords(take.outcome);
   const picture = make("img", {
     src: api.thumbnail(take.id, take.pairs),
     alt: "",
