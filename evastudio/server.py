@@ -269,7 +269,7 @@ class _Server(uvicorn.Server):
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         # What is loaded by now stays for good. While it is looked through for garbage, which takes
-        # 0.1 to 0.5 s, all stages wait; so that is done once, before there are any.
+        # 0.1 to 0.3 s, all stages wait; so that is done once, before there are any.
         load()
         gc.collect()
         gc.freeze()
