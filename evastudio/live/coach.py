@@ -42,7 +42,7 @@ FAINT = 0.25
 """Whose strongest tenth of moments stays below this share of the full deflection steers faintly."""
 
 
-class Moments(NamedTuple):
+class Decisions(NamedTuple):
     """Decisions of the lead, in order."""
 
     states: Array
@@ -64,30 +64,30 @@ class Remembered:
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._held: Moments | None = None
+        self._held: Decisions | None = None
         self._seen = 0
 
     def add(self, states: Array, frame: AnyArray, action: Array, take: int) -> None:
         """One more, of which each array has a leading axis of one; the oldest goes for it."""
-        one = Moments(states, frame, action, np.array([take]))
+        one = Decisions(states, frame, action, np.array([take]))
         held = self._held
         if held is None or [(part.shape[1:], part.dtype) for part in one] != [
             (part.shape[1:], part.dtype) for part in held
         ]:
             made = (np.empty((self._most, *part.shape[1:]), part.dtype) for part in one)
-            held, self._seen = Moments(*made), 0
+            held, self._seen = Decisions(*made), 0
             self._held = held
         for whole, part in zip(held, one, strict=True):
             whole[self._seen % self._most] = part[0]
         self._seen += 1
 
-    def all(self) -> Moments:
+    def all(self) -> Decisions:
         """All that are held, after at least one was added, as a copy."""
         held = self._held
         assert held is not None
         count = min(self._seen, self._most)
         order = np.arange(self._seen - count, self._seen) % self._most
-        return Moments(
+        return Decisions(
             held.states[order], held.frames[order], held.actions[order], held.takes[order]
         )
 
@@ -134,14 +134,14 @@ class Coach:
             moments, scene = self._remembered.all(), run.scene
             self._think(lambda: self._judge(scene, moments))
 
-    def _judge(self, scene: Scene, moments: Moments) -> None:
+    def _judge(self, scene: Scene, moments: Decisions) -> None:
         self._thought = [*self._thought, judged(scene, moments)][-SURE:]
         meant = self._thought[-1]
         if meant is not None and self._thought == [meant] * SURE:
             self.advice = meant
 
 
-def judged(scene: Scene, moments: Moments) -> Advice | None:
+def judged(scene: Scene, moments: Decisions) -> Advice | None:
     """What is to be said of these decisions; None where it is too early, or a close call."""
     states, frames, actions, takes = moments
     dt_s = scene.dt_s

@@ -92,12 +92,12 @@ def footage_of(
         raise InvalidInputError(
             f"{camera!r} is no camera of scene {scene.name!r}; it has {', '.join(known)}."
         )
-    first = moments[0]
+    held = [one.moving for one in moments]
     return Footage(
         scene.name,
         dict(scene.values),
-        {key: np.array(array) for key, array in first.fixed.items()},
-        {key: np.concatenate([one.moving[key] for one in moments]) for key in first.moving},
+        {key: np.array(array) for key, array in moments[0].fixed.items()},
+        {key: np.concatenate([one[key] for one in held]) for key in held[0]},
         camera,
         name,
         title,

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from evastudio.live.act import COUNTDOWN_S
-from evastudio.live.coach import Coach, Moments, Remembered, judged
+from evastudio.live.coach import Coach, Decisions, Remembered, judged
 from evastudio.live.run import Run
 from evastudio.live.stage import Stage
 from evastudio.live.status import Advice
@@ -38,21 +38,21 @@ class Blind(StraightPilot):
         return scene.action.high * shaken, memory
 
 
-def flown(scene: Scene, pilot: Pilot, flights: int = 3, steps: int = 540) -> Moments:
+def flown(scene: Scene, pilot: Pilot, flights: int = 3, steps: int = 540) -> Decisions:
     """Every decision of some flights."""
     view = scene.perception()
-    takes: list[list[Moments]] = [[] for _ in range(flights)]
+    takes: list[list[Decisions]] = [[] for _ in range(flights)]
 
     def watch(alive, snapshot, actions):  # type: ignore[no-untyped-def]
         percept = view.perceive(snapshot)
         for row, take in enumerate(alive):
             one = slice(row, row + 1)
             told = percept.states[one], percept.frame[one], actions[one], np.array([take])
-            takes[take].append(Moments(*told))
+            takes[take].append(Decisions(*told))
 
     roll_out(scene, pilot, world_seeds(3, flights), max_steps=steps, watcher=watch)
     parts = zip(*(moment for take in takes for moment in take), strict=True)
-    return Moments(*(np.concatenate(part) for part in parts))
+    return Decisions(*(np.concatenate(part) for part in parts))
 
 
 @pytest.mark.parametrize("style", ["careful", "human", "keys"])
@@ -76,7 +76,7 @@ def test_too_early_nothing_is_said(asteroids: Callable[..., Scene]) -> None:
     scene = asteroids(density=4.0)
     moments = flown(scene, EARLY)
     for seconds in (39, 19):
-        assert judged(scene, Moments(*(part[: seconds * 15] for part in moments))) is None
+        assert judged(scene, Decisions(*(part[: seconds * 15] for part in moments))) is None
 
 
 def test_what_repeats_the_action_does_not_count_as_seeing_it(
