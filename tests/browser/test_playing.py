@@ -156,3 +156,51 @@ def test_what_plays_is_asked_why_and_taught_better(
     expect(page.locator("#why-says")).to_contain_text("compact form")
     expect(page.locator("#why-moments")).to_be_hidden()
     expect(page.locator("#gauge-says")).to_have_text("Cannot tell how like your takes")
+
+
+def test_in_a_small_window_nothing_lies_over_another(
+    page: Page,
+    run_studio: Callable[[], Running],
+    open_page: Callable[[Running], Open],
+    pictures: Path,
+) -> None:
+    studio = run_studio()
+    workspace = studio.workspace
+    headless.record(workspace, "asteroids", minutes=0.6, seed=3, options=FIELD, session="Shown")
+    headless.fit(workspace, "Shown", learner="knn", delay="off", name="own")
+    page.set_viewport_size({"width": 900, "height": 477})
+    stage = open_page(studio).stage
+    page.locator("#option-density").fill("0.1")
+    page.locator("#policy").select_option("own")
+    page.locator("#play").click()
+    phase(page, "playing")
+    at_least(page, "seconds", 1)
+    stage.pause()
+    phase(page, "paused")
+    expect(page.locator("#why-moments > li")).not_to_have_count(0)
+    assert apart(page, "#why-says", "#why-moments > li:first-child")
+    page.screenshot(path=pictures / "small-why.png")
+    page.locator("#why-close").click()
+    expect(page.locator("#paused")).to_be_visible()
+    assert apart(page, "#paused", "#tools")
+    page.screenshot(path=pictures / "small-paused.png")
+    page.keyboard.press("Space")
+    phase(page, "playing")
+    page.keyboard.down("a")
+    phase(page, "recording")
+    assert apart(page, "#pad", "#gauge")
+    page.screenshot(path=pictures / "small-steering.png")
+    page.keyboard.up("a")
+
+
+def apart(page: Page, one: str, other: str) -> bool:
+    """Whether two that are shown do not overlap."""
+    first, second = (page.locator(where).bounding_box() for where in (one, other))
+    assert first is not None, one
+    assert second is not None, other
+    return (
+        first["x"] + first["width"] <= second["x"]
+        or second["x"] + second["width"] <= first["x"]
+        or first["y"] + first["height"] <= second["y"]
+        or second["y"] + second["height"] <= first["y"]
+    )
